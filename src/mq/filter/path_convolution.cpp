@@ -12,13 +12,36 @@
 
 namespace mq {
 
+namespace {
+
+/// X/|X|, 0 where X is.
+Vector directions(const Vector& z) {
+  Vector result = Vector::Zero(z.size());
+  for (Eigen::Index i = 0; i < z.size(); i += 2)
+    if (const double length = z.segment<2>(i).norm(); length > 0) result.segment<2>(i) = z.segment<2>(i) / length;
+  return result;
+}
+
+std::vector<std::array<double, 2>> opposite(std::vector<std::array<double, 2>> field) {
+  for (auto& [x, y] : field) x = -x, y = -y;
+  return field;
+}
+
+}  // namespace
+
 PathConvolution::PathConvolution(const TexelVectorSpace& vectors, const TraceAtlas& domain, const Vector& z)
+    : PathConvolution(vectors, domain, z, vectors.velocities(directions(z))) {}
+
+PathConvolution::PathConvolution(const TexelVectorSpace& vectors, const TraceAtlas& domain, const Vector& z,
+                                 const std::vector<std::array<double, 2>>& along)
     : domain_(domain),
       spacing_(vectors.space().scale().texel_spacing),
-      forward_(AtlasFlow::along(domain, vectors.velocities(z))),
-      backward_(AtlasFlow::along(domain, vectors.velocities(-z))),
-      moves_(std::size_t(vectors.size())) {
-  for (int i = 0; i < vectors.size(); ++i) moves_[std::size_t(i)] = z.segment<2>(2 * std::int64_t(i)).squaredNorm() > 0;
+      forward_(AtlasFlow::along(domain, along)),
+      backward_(AtlasFlow::along(domain, opposite(along))),
+      starts_(domain.starts().places),
+      clear_(std::size_t(vectors.size())) {
+  for (std::size_t i = 0; i < clear_.size(); ++i)
+    clear_[i] = float(std::min(1.0, z.segment<2>(2 * std::int64_t(i)).norm()));
 }
 
 ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const Progress& progress) const {
@@ -26,7 +49,6 @@ ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const 
   require(signal.rows() == domain_.space().size(), "one row per texel is needed");
   const int steps = int(std::clamp(std::ceil(length / spacing_), 1.0, 10000.0));
   const double step = length / steps;
-  const std::vector<ChartPlace> starts = domain_.starts().places;
   const Eigen::RowVectorXd mean = signal.colwise().mean();
   ConvolvedPaths result{Signal::Zero(signal.rows(), signal.cols()), {}};
   Vector kept = Vector::Zero(signal.rows());
@@ -40,20 +62,19 @@ ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const 
       }
     });
   };
-  std::vector<int> all(starts.size());
+  std::vector<int> all(starts_.size());
   std::iota(all.begin(), all.end(), 0);
   double weights = 2;  // 1 + cos 0
-  add(all, starts, weights);
+  add(all, starts_, weights);
   for (const AtlasFlow* flow : {&forward_, &backward_}) {
-    std::vector<ChartPlace> places = starts;
+    std::vector<ChartPlace> places = starts_;
     std::vector<int> paths = all;  // which one is there
     for (int k = 1; k <= steps; ++k) {
       const TracedTexels traced = flow->trace(places, step);
       result.counts = result.counts + traced.counts;
       std::size_t left = 0;
       for (std::size_t n = 0; n < paths.size(); ++n) {
-        const bool rests = traced.ends[n] == places[n] && moves_[std::size_t(paths[n])];
-        if (traced.circled[n] || rests) continue;
+        if (traced.circled[n] || traced.ends[n] == places[n]) continue;
         paths[left] = paths[n];
         places[left++] = traced.ends[n];
       }
@@ -66,7 +87,7 @@ ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const 
     }
   }
   for (Eigen::Index i = 0; i < kept.size(); ++i)
-    result.signal.row(i) = mean + result.signal.row(i) / std::max(kept[i], weights / 2);
+    result.signal.row(i) = mean + clear_[std::size_t(i)] / std::max(kept[i], weights / 2) * result.signal.row(i);
   return result;
 }
 

@@ -2,6 +2,7 @@
 /// A vector field on a texture made visible by paths along it: line integral convolution as Cabral and Leedom
 /// [cabral1993imaging] have it, over chart seams.
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -17,17 +18,18 @@ struct ConvolvedPaths {
   PathCounts counts;
 };
 
-/// Means of a signal along the integral curves of a field with a vector per texel: at each texel
+/// Means of a signal along the integral curves of a field X with a vector per texel: at each texel, over the mean m of the
+/// signal,
 ///
-///     Σ_k w_k ψ(p(k·h)) / Σ_k w_k,    dp/dt = X(p),  k = −K, ..., K,  K·h = length,  w_k = 1 + cos(πk/(K + 1)),
+///     m + min(|X|, 1) Σ_k w_k (ψ(p(k·h)) − m) / Σ_k w_k,    dp/dt = X/|X|,  k = −K, ..., K,  K·h = length,
+///     w_k = 1 + cos(πk/(K + 1)),
 ///
-/// with steps h of about a texel. X has no unit: of length 1 paths are as long as said, both ways, of less they are
-/// shorter, until nothing is smeared where X vanishes. Fields are seen cell by cell of the texture, so that details are as
-/// fine as texels whatever the triangles, and nothing is diffused across the field but by bilinear lookups.
+/// with steps h of about a texel. X has no unit: from length 1 on lines are clear, with less of it they fade, and there are
+/// none where X vanishes. Fields are seen cell by cell of the texture, so that details are as fine as texels whatever the
+/// triangles, and nothing is diffused across the field but by bilinear lookups.
 ///
 /// Where a path ends, at a line that the field runs against from both sides or between charts of hardly a texel, it is
-/// divided by what it has of Σ w_k; with less than half of it, it fades to the mean of the signal, so that no texel stands
-/// out as noise.
+/// divided by what it has of Σ w_k; with less than half of it, it fades to m too, so that no texel stands out as noise.
 class PathConvolution {
  public:
   /// All must outlive the object. z: two components per texel of the space.
@@ -37,10 +39,14 @@ class PathConvolution {
   ConvolvedPaths draw(const Signal& signal, double length, const Progress& progress = {}) const;
 
  private:
+  PathConvolution(const TexelVectorSpace& vectors, const TraceAtlas& domain, const Vector& z,
+                  const std::vector<std::array<double, 2>>& along);
+
   const TraceAtlas& domain_;
   double spacing_;
   AtlasFlow forward_, backward_;
-  std::vector<char> moves_;  ///< per texel 1 where X is not 0
+  std::vector<ChartPlace> starts_;
+  std::vector<float> clear_;  ///< min(|X|, 1) per texel
 };
 
 }  // namespace mq

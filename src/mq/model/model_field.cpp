@@ -29,9 +29,10 @@ ModelField harmonic(const TexturedModel& model, int number, const Progress& prog
   return {std::move(fields[std::size_t(number - 1)]), {}, int(fields.size())};
 }
 
+constexpr double rounding = 1e-6;
+
 /// ∇ψ, 0 in triangles where ψ varies by no more than what it is rounded to.
 TangentField gradient(const Surface& surface, const Vector& psi) {
-  constexpr double rounding = 1e-6;
   TangentField field = gradient_field(surface, psi);
   const double least = rounding * psi.cwiseAbs().maxCoeff();
   for (int t = 0; t < surface.triangle_count(); ++t) {
@@ -40,6 +41,19 @@ TangentField gradient(const Surface& surface, const Vector& psi) {
     if (!(high - low > least)) field[t].setZero();
   }
   return field;
+}
+
+/// The same per texel, where there are some.
+ModelField gradient_of_colours(const TexturedModel& model, const ModelSignal& signal) {
+  if (!signal.texel_space()) return {gradient(model.surface, signal.brightness()), {}, {}};
+  const TexelVectorSpace vectors(model.surface, *signal.texel_atlas(), *signal.texel_space());
+  const Vector psi = signal.texel_brightness();
+  Vector z = vectors.gradient(psi);
+  const double least = rounding * psi.cwiseAbs().maxCoeff() / signal.scale().texel_spacing;
+  for (Eigen::Index i = 0; i < z.size(); i += 2)
+    if (!(z.segment<2>(i).norm() > least)) z.segment<2>(i).setZero();
+  TangentField field = vectors.on_triangles(z);
+  return {std::move(field), std::move(z), {}};
 }
 
 TangentField from_file(const TexturedModel& model, const std::filesystem::path& file) {
@@ -65,7 +79,6 @@ ModelField along_strokes(const TexturedModel& model, const ModelSignal& signal, 
   const std::vector<WishedVector> wishes =
       stroke_wishes(model, signal.texel_atlas(), strokes, signal.scale().texel_spacing / 2);
   const auto require_some = [&](const TangentField& field) {
-    constexpr double rounding = 1e-6;
     double longest = 0, strongest = 0;
     for (const Vector3& vector : field) longest = std::max(longest, vector.norm());
     for (const FieldStroke& stroke : strokes) strongest = std::max(strongest, stroke.strength);
@@ -102,7 +115,7 @@ ModelField unscaled(const TexturedModel& model, const ModelSignal& signal,
     case Kind::min_curvature:
       return {curvature_field(model.surface, Principal::min, 2, progress), {}, {}};
     case Kind::harmonic: return harmonic(model, request.number, progress);
-    case Kind::gradient: return {gradient(model.surface, signal.brightness()), {}, {}};
+    case Kind::gradient: return gradient_of_colours(model, signal);
     case Kind::file: return {from_file(model, request.file), {}, {}};
     case Kind::map: return field_of_map(model, signal, request.file);
     case Kind::strokes: return along_strokes(model, signal, request.file, progress);

@@ -233,18 +233,23 @@ Signal TextureSignal::gather(std::span<const Image<float>> pictures) const {
   return values;
 }
 
-Vector TextureSignal::brightness() const {
+Vector TextureSignal::texel_brightness() const {
   std::vector<Image<float>> pictures;
   for (const Texture& texture : model_.model.textures)
     pictures.push_back(brightness_of(texture.pixels));
   require(pictures.size() == model_.texture_sizes.size() &&
               std::ranges::none_of(pictures, &Image<float>::empty),
           "the model lacks a picture to take the gradient of");
-  Signal signal(space_->size(), 1);
+  Vector values(space_->size());
   for (int k = 0; k < space_->size(); ++k) {
     const Texels::Place at = home(k);
-    signal(k, 0) = pictures[std::size_t(at.texture)](at.x, at.y);
+    values[k] = pictures[std::size_t(at.texture)](at.x, at.y);
   }
+  return values;
+}
+
+Vector TextureSignal::brightness() const {
+  const Vector texels = texel_brightness();
   const Mesh& mesh = model_.surface.mesh;
   Vector values = Vector::Zero(mesh.vertex_count());
   for (int t = 0; t < mesh.triangle_count(); ++t) {
@@ -252,7 +257,7 @@ Vector TextureSignal::brightness() const {
     for (int k = 0; k < 3; ++k) {
       double sum = 0;
       for (const BasisWeight& w : space_->basis_at(t, Vector3::Unit(k)))
-        sum += w.weight * signal(w.unknown, 0);
+        sum += w.weight * texels[w.unknown];
       values[mesh.triangles[t][k]] = sum;
     }
   }
