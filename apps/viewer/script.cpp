@@ -98,7 +98,7 @@ class Player {
     } else if (words[0] == "home") {
       viewer_.home();
     } else if (words[0] == "up") {
-      viewer_.set_up(View::Up(one_of(words[1], {"y", "z"})));
+      viewer_.set_up(View::Up(one_of(words[1], up_names())));
     } else if (words[0] == "look-at") {
       const auto place = numbers(words[1], 3, "three coordinates");
       camera.look_at({place[0], place[1], place[2]}, number(words[2], 1e-30, 1e30));

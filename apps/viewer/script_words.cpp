@@ -24,7 +24,7 @@ constexpr int any = 1000;
 constexpr Command commands[] = {
     {"view", 1, 1, "view NAME or view AZIMUTH,ELEVATION"},
     {"home", 0, 0, "home"},
-    {"up", 1, 1, "up y|z"},
+    {"up", 1, 1, "up y|z|x|-x|-y|-z"},
     {"look-at", 2, 2, "look-at X,Y,Z EXTENT"},
     {"turn", 2, 2, "turn RIGHT UP (degrees)"},
     {"zoom", 1, 1, "zoom FACTOR"},

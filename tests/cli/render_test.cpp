@@ -56,6 +56,24 @@ TEST(Render, PutsViewsComparisonsAndOverviewsOnAPage) {
   EXPECT_GT(rendered(folder, {"-s", "50", "--overview"}).width(), 150);
 }
 
+TEST(Render, LooksThroughTheCameraThatItWrote) {
+  const Folder folder;
+  write_strip(folder);
+  const Image<float> picture = rendered(folder, {"-s", "90x60", "-v", "20,35", "--seams", "--cameras", "seen.json"});
+  EXPECT_TRUE(rendered(folder, {"-s", "90", "--seams", "--through", "seen.json"}) == picture);
+  EXPECT_TRUE(rendered(folder, {"-s", "90", "--seams", "--through", "seen.json", "--photograph", "out.png"}) == picture);
+  // A wider picture shows more to both sides.
+  const Image<float> wide = rendered(folder, {"-s", "120x60", "--seams", "--through", "seen.json", "--background", "black"});
+  EXPECT_EQ(wide.width(), 120);
+  EXPECT_EQ(rendered(folder, {"-s", "45", "--through", "seen.json"}).height(), 30);
+  EXPECT_THAT(marquetry(folder, {"render", "strip.obj", "-o", "x.png", "--through", "seen.json", "--photograph", "b"}).error,
+              HasSubstr("no camera of b"));
+  EXPECT_THAT(marquetry(folder, {"render", "strip.obj", "-o", "x.png", "--through", "seen.json", "--at", "seam"}).error,
+              HasSubstr("--at: --through says from where"));
+  EXPECT_THAT(marquetry(folder, {"render", "strip.obj", "-o", "x.png", "--photograph", "b"}).error,
+              HasSubstr("give it too"));
+}
+
 TEST(Render, SaysWhereItLooksAtASeam) {
   const Folder folder;
   write_strip(folder);

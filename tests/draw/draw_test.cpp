@@ -96,6 +96,21 @@ TEST(Camera, KnowsTheSidesOfAModel) {
   EXPECT_NEAR(Camera(mesh, upright_z, 9, 9).up().z(), 1, 1e-15);
 }
 
+TEST(Camera, StandsUprightOnAnyAxis) {
+  const Mesh mesh = sphere(2);
+  const Vector3 axes[] = {Vector3::UnitY(),  Vector3::UnitZ(),  Vector3::UnitX(),
+                          -Vector3::UnitX(), -Vector3::UnitY(), -Vector3::UnitZ()};
+  for (std::size_t k = 0; k < up_names().size(); ++k) {
+    View view = parse_view("front");
+    view.up = View::Up(k);
+    const Camera camera(mesh, view, 9, 9);
+    EXPECT_NEAR(camera.up().dot(axes[k]), 1, 1e-15) << up_names()[k];
+    EXPECT_NEAR(camera.right().cross(camera.up()).dot(camera.backward()), 1, 1e-15) << up_names()[k];
+    const Vector3 some(0.3, -0.2, 0.9);
+    EXPECT_NEAR((to_upright(view.up, from_upright(view.up, some)) - some).norm(), 0, 1e-15) << up_names()[k];
+  }
+}
+
 TEST(Camera, RefusesViewsItDoesNotKnow) {
   for (const char* text : {"side", "", "1,2,3", "30,95", "nan,0", "30", "1e9,0"})
     EXPECT_THAT(error_of([&] { parse_view(text); }), HasSubstr("view \"")) << text;

@@ -10,6 +10,8 @@
 #include "fixtures.h"
 #include "mq/base/error.h"
 #include "mq/draw/pinhole.h"
+#include "mq/draw/render.h"
+#include "mq/mesh/surface.h"
 
 namespace mq {
 namespace {
@@ -30,6 +32,32 @@ TEST(PinholeCamera, IsTheRenderersCamera) {
   EXPECT_FALSE(pinhole.project(pinhole.center() - camera.backward() + 10 * camera.right()));
   view.projection = View::Projection::orthographic;
   EXPECT_FALSE(fixtures::error_of([&] { pinhole_of(Camera(mesh, view, 300, 200)); }).empty());
+}
+
+TEST(PinholeCamera, IsLookedThroughByTheRenderer) {
+  const Mesh mesh = fixtures::sphere(2);
+  PinholeCamera pinhole{.width = 300, .height = 200, .fx = 260, .fy = 260, .cx = 140, .cy = 110};
+  pinhole.rotation = Eigen::AngleAxisd(0.4, Vector3(1, 2, -1).normalized()).toRotationMatrix();
+  pinhole.translation = {0.1, -0.2, 4};
+  View view;
+  view.through = standing(pinhole);
+  // Half as large, and 20 pixels more on either side.
+  const Camera camera(mesh, view, 190, 100);
+  for (const Vector3& p : mesh.positions) {
+    const auto place = pinhole.project(p);
+    ASSERT_TRUE(place);
+    EXPECT_NEAR(camera.project(p).x, place->x() / 2 + 20, 1e-9);
+    EXPECT_NEAR(camera.project(p).y, place->y() / 2, 1e-9);
+  }
+  // Lines that pass the viewer are drawn as far as they lie in front.
+  pinhole.translation = {0, 0, 0.2};
+  view.through = standing(pinhole);
+  const Surface surface = make_surface(mesh);
+  RenderOptions options{.view = view, .width = 60, .height = 40, .paint = RenderOptions::Paint::clay};
+  const Image<float> bare = Renderer(surface).draw({}, options);
+  options.wires = RenderOptions::Lines::show;
+  const Image<float> wires = Renderer(surface).draw({}, options);
+  EXPECT_FALSE(bare == wires);
 }
 
 /// By hand: (a, b) = (0.5, 0.25), r² = 0.3125.

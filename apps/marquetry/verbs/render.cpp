@@ -2,14 +2,18 @@
 // of two versions of its textures side by side.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
+#include "mq/base/words.h"
 #include "mq/draw/pinhole.h"
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
+#include "shell/arguments.h"
 #include "verbs/shared/render_request.h"
 #include "verbs/shared/seam_report.h"
 #include "shell/verb.h"
@@ -57,6 +61,50 @@ void look_at_place(Run& run, const TexturedModel& scene, const ModelRenderer& re
       {"rms", seams.rms}, {"largest", seams.worst.difference}, {"at", {p.x(), p.y(), p.z()}}};
 }
 
+/// The camera that --through and --photograph name. Throws `InvalidInput` where there is none.
+PinholeCamera asked_camera(Run& run) {
+  const OptionValues& options = run.options();
+  const std::string file = options.text("through");
+  CamerasOptions how{.missing = CamerasOptions::Missing::list, .unreadable = CamerasOptions::Missing::list};
+  CameraSet set = read_camera_set(file, how);
+  for (const std::filesystem::path& read : set.files) run.will_read(read);
+  std::vector<Photograph> all = std::move(set.photographs);
+  std::ranges::move(set.missing, std::back_inserter(all));
+  std::erase_if(all, [](const Photograph& one) { return one.camera.width == 0; });
+  require(!all.empty(), file + ": has no camera of which the size of its picture is known");
+  const std::string name = options.has("photograph") ? options.text("photograph") : "";
+  const auto named = [&](const Photograph& one) {
+    return name.empty() || one.picture == name || one.picture.filename() == name || one.picture.stem() == name;
+  };
+  const auto chosen = std::ranges::find_if(all, named);
+  require(chosen != all.end(),
+          fmt::format("--photograph: {} has no camera of {}; it has {}, the first of {}", file, name,
+                      counted(std::ssize(all), "camera"), all.front().picture.filename().string()));
+  if (name.empty() && all.size() > 1)
+    run.terminal().remark(fmt::format("{}: has {}; seen as in {}: --photograph names another", file,
+                                      counted(std::ssize(all), "camera"), chosen->picture.filename().string()));
+  const PinholeCamera& camera = chosen->camera;
+  if (camera.lens != Lens{} || camera.skew != 0 || std::abs(camera.fx / camera.fy - 1) > 1e-3)
+    run.terminal().remark(fmt::format("{}: drawn without the distortion of its lens",
+                                      chosen->picture.filename().string()));
+  return camera;
+}
+
+/// Draws what a camera of a file sees, in its proportions where --size is one number.
+void look_through(Run& run, ModelPictureOptions& wanted) {
+  const OptionValues& options = run.options();
+  require(options.has("through") || !options.has("photograph"), "--photograph: it is one of --through: give it too");
+  if (!options.has("through")) return;
+  for (const char* name : {"view", "at", "projection", "overview", "layout"})
+    require(!asks_for(options, name), fmt::format("--{}: --through says from where: leave one of them out", name));
+  const PinholeCamera camera = asked_camera(run);
+  wanted.render.view.through = standing(camera);
+  if (options.text("size").find('x') != std::string::npos) return;
+  const double scale = double(std::max(wanted.render.width, wanted.render.height)) / std::max(camera.width, camera.height);
+  wanted.render.width = std::max(1, int(std::lround(camera.width * scale)));
+  wanted.render.height = std::max(1, int(std::lround(camera.height * scale)));
+}
+
 Exit render(Run& run) {
   const OptionValues& options = run.options();
   require_picture_name(options, "output");
@@ -69,13 +117,14 @@ Exit render(Run& run) {
             "--cameras: a page has no camera: draw one view of one model");
     files.emplace_back(options.text("cameras"));
   }
+  ModelPictureOptions wanted = asked_picture(options, scene);
+  look_through(run, wanted);
   run.will_write(files);
   check_pictures(options, scene,
                  {"compare", InputPictures::Count::one_set, InputPictures::Size::of_the_texture});
   if (run.dry_run()) return Exit::done;
 
   const std::vector<Texture> after = read_compared(options, scene);
-  ModelPictureOptions wanted = asked_picture(options, scene);
   Image<float> picture;
   PinholeCamera camera;
   about(scene.model, [&] {

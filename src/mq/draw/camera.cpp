@@ -39,17 +39,39 @@ double number(const std::string& text, const std::string& all) {
   return value;
 }
 
-/// From axes where y is upright to the model's.
-Vector3 upright(const View& view, const Vector3& v) {
-  return view.up == View::Up::z ? Vector3(v.x(), -v.z(), v.y()) : v;
+/// Its columns: where right, upright and to the front are, in the model's axes.
+Eigen::Matrix3d upright_axes(View::Up up) {
+  const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ();
+  const auto columns = [](const Vector3& right, const Vector3& upright, const Vector3& front) {
+    Eigen::Matrix3d axes;
+    axes << right, upright, front;
+    return axes;
+  };
+  switch (up) {
+    case View::Up::y: return columns(x, y, z);
+    case View::Up::z: return columns(x, z, -y);
+    case View::Up::x: return columns(-y, x, z);
+    case View::Up::minus_x: return columns(y, -x, z);
+    case View::Up::minus_y: return columns(x, -y, -z);
+    case View::Up::minus_z: return columns(x, -z, y);
+  }
+  return Eigen::Matrix3d::Identity();
 }
 
 }  // namespace
 
+Vector3 from_upright(View::Up up, const Vector3& vector) { return upright_axes(up) * vector; }
+Vector3 to_upright(View::Up up, const Vector3& vector) { return upright_axes(up).transpose() * vector; }
+
+const std::vector<std::string>& up_names() {
+  static const std::vector<std::string> names = {"y", "z", "x", "-x", "-y", "-z"};
+  return names;
+}
+
 Vector3 direction_of(const View& view) {
   const double az = view.azimuth * std::numbers::pi / 180,
                el = view.elevation * std::numbers::pi / 180;
-  return upright(view, {std::sin(az) * std::cos(el), std::sin(el), std::cos(az) * std::cos(el)});
+  return from_upright(view.up, {std::sin(az) * std::cos(el), std::sin(el), std::cos(az) * std::cos(el)});
 }
 
 const std::vector<std::string>& view_names() {
@@ -90,8 +112,12 @@ Camera::Camera(const Mesh& mesh, const View& view, int width, int height, int ri
           "the field of view is between 0 and 170 degrees");
   require(std::isfinite(view.azimuth) && std::abs(view.elevation) <= 90 && view.extent >= 0,
           "a view's elevation is from -90 to 90 degrees, its extent not negative");
+  if (view.through) {
+    stand(*view.through, width - right_inset);
+    return;
+  }
   const double az = view.azimuth * std::numbers::pi / 180;
-  right_ = upright(view, {std::cos(az), 0, -std::sin(az)});
+  right_ = from_upright(view.up, {std::cos(az), 0, -std::sin(az)});
   backward_ = direction_of(view);
   up_ = backward_.cross(right_);
 
@@ -104,6 +130,21 @@ Camera::Camera(const Mesh& mesh, const View& view, int width, int height, int ri
   left_ = -pixel_ * free / 2;
   top_ = pixel_ * height / 2;
   if (view.target || view.extent > 0) zoom(view, middle_depth, free);
+}
+
+void Camera::stand(const StandingCamera& camera, int free_width) {
+  require(camera.width >= 1 && camera.height >= 1 && camera.focal > 0 && camera.rotation.allFinite() &&
+              camera.center.allFinite(),
+          "a camera to look through has a place, a direction, a focal length and a size");
+  perspective_ = true;
+  right_ = camera.rotation.row(0);
+  up_ = -camera.rotation.row(1);
+  backward_ = -camera.rotation.row(2);
+  eye_ = camera.center;
+  const double shown = std::min(double(free_width) / camera.width, double(height_) / camera.height);
+  pixel_ = 1 / (camera.focal * shown);
+  left_ = -pixel_ * (free_width / 2.0 + (camera.middle.x() - camera.width / 2.0) * shown);
+  top_ = pixel_ * (height_ / 2.0 + (camera.middle.y() - camera.height / 2.0) * shown);
 }
 
 double Camera::fit(const Mesh& mesh, double tangent_x, double tangent_y) {

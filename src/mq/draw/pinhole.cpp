@@ -175,6 +175,15 @@ PinholeCamera pinhole_of(const Camera& camera) {
   return pinhole;
 }
 
+StandingCamera standing(const PinholeCamera& camera) {
+  return {.rotation = camera.rotation,
+          .center = camera.center(),
+          .focal = (camera.fx + camera.fy) / 2,
+          .middle = {camera.cx, camera.cy},
+          .width = camera.width,
+          .height = camera.height};
+}
+
 PinholeCamera scaled(const PinholeCamera& camera, int width, int height) {
   const double x = double(width) / camera.width, y = double(height) / camera.height;
   require(std::abs(x * camera.height - height) <= 1 || std::abs(y * camera.width - width) <= 1,

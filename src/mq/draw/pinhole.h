@@ -106,6 +106,9 @@ struct PinholeCamera {
 /// That of a picture drawn by `Renderer`. Throws `InvalidInput` for orthographic projection.
 PinholeCamera pinhole_of(const Camera& camera);
 
+/// The same without its lens' distortion, skew and correction, and with square pixels.
+StandingCamera standing(const PinholeCamera& camera);
+
 /// The same camera for the picture at another size. Throws `InvalidInput` where the proportions
 /// differ by more than a pixel.
 PinholeCamera scaled(const PinholeCamera& camera, int width, int height);

@@ -84,12 +84,20 @@ std::vector<Edge> edges_of(const Surface& surface, const Atlas* atlas,
   return edges;
 }
 
-ScreenLine projected_line(const Vector3& from, const Vector3& to, const Camera& camera, int samples,
-                          int style) {
-  const auto a = camera.project(from), b = camera.project(to);
+/// Appends the part that lies in front of the camera, which may stand amid the model.
+void add_projected_line(const Vector3& from, const Vector3& to, const Camera& camera, int samples, int style,
+                        std::vector<ScreenLine>& lines) {
+  constexpr double nearest = 1e-4;  // of the depth of the farther end
+  Camera::Projected a = camera.project(from), b = camera.project(to);
+  const double near = nearest * std::max(a.depth, b.depth);
+  if (camera.is_perspective() && std::min(a.depth, b.depth) < near) {
+    const Vector3 cut = from + (near - a.depth) / (b.depth - a.depth) * (to - from);
+    (a.depth < near ? a : b) = camera.project(cut);
+  }
+  if (camera.is_perspective() && !(near > 0)) return;
   const float s = float(samples);
-  return {float(a.x) * s, float(a.y) * s, float(a.depth), float(b.x) * s,
-          float(b.y) * s, float(b.depth), style};
+  lines.push_back({float(a.x) * s, float(a.y) * s, float(a.depth), float(b.x) * s, float(b.y) * s, float(b.depth),
+                   style});
 }
 
 std::vector<ScreenLine> projected(const Mesh& mesh, const std::vector<Edge>& edges,
@@ -98,11 +106,10 @@ std::vector<ScreenLine> projected(const Mesh& mesh, const std::vector<Edge>& edg
   std::vector<ScreenLine> lines;
   lines.reserve(edges.size() + options.lines.size());
   for (const Edge& edge : edges)
-    lines.push_back(projected_line(mesh.positions[edge.from], mesh.positions[edge.to], camera,
-                                   options.samples, edge.style));
+    add_projected_line(mesh.positions[edge.from], mesh.positions[edge.to], camera, options.samples, edge.style,
+                       lines);
   for (const SpaceLine& line : options.lines)
-    lines.push_back(projected_line(line.from, line.to, camera, options.samples,
-                                   int(style_of(styles, line.colour))));
+    add_projected_line(line.from, line.to, camera, options.samples, int(style_of(styles, line.colour)), lines);
   return lines;
 }
 
@@ -354,7 +361,7 @@ const Surface& Renderer::surface() const { return shared_->surface; }
 Sight Renderer::sight_of(const Vector3& point, const Vector3& normal, double extent,
                          View::Up up) const {
   constexpr double degrees = 180 / std::numbers::pi;
-  const Vector3 n = up == View::Up::z ? Vector3(normal.x(), normal.z(), -normal.y()) : normal;
+  const Vector3 n = to_upright(up, normal);
   Sight best;
   best.view.up = up;
   best.view.target = point;
@@ -401,7 +408,7 @@ Image<float> Renderer::draw(const Paints& paints, const RenderOptions& options,
 
   const bool isolines = shows_numbers(options) && options.scale.isolines > 0;
   const Vector3& some = surface.mesh.position(0, 0);
-  const float slack = float(2 * camera.pixel_size(camera.project(some).depth));
+  const float slack = float(2 * camera.pixel_size(std::abs(camera.project(some).depth)));
 
   Image<float> picture(options.width, options.height, options.backdrop.channels());
   std::atomic<int> done{0};

@@ -102,6 +102,17 @@ void add_camera_options(OptionTable& table) {
        .help = "from where: front, back, left, right, top, bottom, corner or AZIMUTH,ELEVATION",
        .details = "Degrees: the azimuth from the front towards the model's +x, the elevation "
                   "above the horizon. Several views make a page."});
+  table.add({.name = "through",
+             .type = Type::path,
+             .metavar = "CAMERAS",
+             .group = group,
+             .help = "from where a photograph was taken: a file or folder of cameras, as for the verb cameras",
+             .details = "In the photograph's proportions where --size is one number, without its lens' distortion."});
+  table.add({.name = "photograph",
+             .type = Type::text,
+             .metavar = "NAME",
+             .group = group,
+             .help = "which of them; else the first"});
   add_up_option(table, group);
   table.add({.name = "projection",
              .type = Type::choice,
@@ -263,13 +274,13 @@ void add_up_option(OptionTable& table, const std::string& group) {
   table.add({.name = "up",
              .type = Option::Type::choice,
              .default_value = "y",
-             .choices = {"y", "z"},
+             .choices = up_names(),
              .group = group,
              .help = "the model's upright axis"});
 }
 
 View::Up asked_up(const OptionValues& options) {
-  return options.text("up") == "z" ? View::Up::z : View::Up::y;
+  return View::Up(std::ranges::find(up_names(), options.text("up")) - up_names().begin());
 }
 
 bool is_view(const std::string& text) {
