@@ -13,6 +13,7 @@
 #include "linear/matrices.h"
 #include "mq/fem/image_space.h"
 #include "mq/filter/chart_windows.h"
+#include "mq/filter/kernels/similar_patches.h"
 #include "mq/filter/noise_level.h"
 
 namespace mq {
@@ -106,6 +107,30 @@ TEST(DenoiseByPatches, ChangesASmoothPictureByNextToNothing) {
   }
   const Signal found = denoise_by_patches(noisy.model->surface, noisy.model->atlas, noisy.space, smooth).signal;
   EXPECT_LT((found - smooth).cwiseAbs().maxCoeff(), 0.1 / 255);
+}
+
+/// Edges a million times stronger than the noise: single precision sees their patches differ in a few ways only.
+TEST(DenoiseByPatches, TakesNoMoreOffThanNoiseIsWhateverThePatches) {
+  constexpr int rows = most_patch_values;
+  const Random random(11);
+  std::uint64_t n = 0;
+  for (const double strength : {1.0, 1e3, 1e5, 1e7, 1e12})
+    for (int ways = 1; ways <= 4; ++ways)
+      for (int round = 0; round < 8; ++round) {
+        std::vector<float> patches(rows * most_patches, 0);
+        for (int way = 0; way < ways; ++way) {
+          std::vector<double> across(most_patches);
+          for (double& value : across) value = strength * gaussian(random, n++);
+          for (int r = 0; r < rows; ++r) {
+            const double along = gaussian(random, n++);
+            for (int k = 0; k < most_patches; ++k) patches[std::size_t(r * most_patches + k)] += float(along * across[std::size_t(k)]);
+          }
+        }
+        const std::vector<float> before = patches;
+        similar_patch_kernels().shrink(rows, most_patches, 1e-3F, before.data(), patches.data());
+        for (std::size_t i = 0; i < patches.size(); ++i)
+          ASSERT_LE(std::abs(patches[i] - before[i]), 6 + 1e-6 * std::abs(before[i])) << strength << " " << ways;
+      }
 }
 
 TEST(DenoiseByPatches, LeavesAChannelWithoutNoiseAlone) {

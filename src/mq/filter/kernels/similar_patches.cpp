@@ -10,6 +10,12 @@ static_assert(most_patches % lanes == 0 && patch_search_side == lanes);
 /// What a pivot may not fall below, of the diagonal: less is what rounding leaves, and would blow up what it divides.
 constexpr float least_pivot = 1e-6F;
 
+/// Added to the diagonal, of its greatest value: what rounding makes of C where patches hardly differ but in one way.
+constexpr float rounding = 3e-6F;
+
+/// Deviations of noise that no noise surpasses: more is not taken off.
+constexpr float most_noise = 6;
+
 void distances(const PatchPlanes& planes, int side, std::int64_t at, float* __restrict sums) {
   for (int dy = 0; dy < patch_search_side; ++dy) {
     float sum[lanes] = {};
@@ -68,6 +74,14 @@ void solve(int rows, const float* L, float* x) {
   }
 }
 
+/// To ± most_noise; 0 for what is no number.
+void bound(float* x, int count) {
+  for (int k = 0; k < count; ++k) {
+    const float low = x[k] > -most_noise ? x[k] : x[k] <= -most_noise ? -most_noise : 0;
+    x[k] = low < most_noise ? low : most_noise;
+  }
+}
+
 void shrink(int rows, int count, float added, const float* like, float* patches) {
   float C[most_patch_values * most_patch_values], x[most_patch_values * most_patches],
       centred[most_patch_values * most_patches];
@@ -82,13 +96,17 @@ void shrink(int rows, int count, float added, const float* like, float* patches)
     }
   }
   const float share = count > 1 ? 1 / float(count - 1) : 0;
+  float greatest = 0;
   for (int r = 0; r < rows; ++r) {
     for (int t = 0; t <= r; ++t)
       C[r * rows + t] = share * product(centred + r * most_patches, centred + t * most_patches);
     C[r * rows + r] += added;
+    greatest = greatest > C[r * rows + r] ? greatest : C[r * rows + r];
   }
+  for (int r = 0; r < rows; ++r) C[r * rows + r] += rounding * greatest;
   factorise(rows, C);
   solve(rows, C, x);
+  bound(x, rows * most_patches);
   for (int r = 0; r < rows; ++r) subtract(1, x + r * most_patches, patches + r * most_patches);
 }
 

@@ -29,7 +29,8 @@ struct SimilarPatchKernels {
   void (*distances)(const PatchPlanes& planes, int side, std::int64_t at, float* sums);
 
   /// P ← m + (C − I)·C⁻¹·(P − m) for `count` patches P of noise of deviation 1, row r of value r and
-  /// `most_patches` apart: C = cov(Q) + added·I and m = mean(Q) of patches Q that are like them.
+  /// `most_patches` apart: C = cov(Q) + added·I and m = mean(Q) of patches Q that are like them. No value changes by more
+  /// than 6, whatever they are.
   void (*shrink)(int rows, int count, float added, const float* like, float* patches);
 };
 
