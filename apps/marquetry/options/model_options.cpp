@@ -160,12 +160,12 @@ TexturedModel read_textured_model(Run& run, MissingPictures missing, double shar
   options.assumed_side = target.assumed;
   Model read;
   {
-    const Step step(run, "read", share / 2);
+    const Step step(run, "read", 0.6 * share);
     read = read_input(run.options().text("mesh"), options, step);
   }
   read.compression = compression;
   register_inputs(run, read);
-  const Step step(run, "find charts", share / 2);
+  const Step step(run, "find charts", 0.4 * share);
   TexturedModel model = textured_model(std::move(read), options, run.terminal(), step);
   describe_input(run, model);
   run.found(model.defects());

@@ -64,7 +64,7 @@ bool by_patches(const OptionValues& options, bool at_vertices) {
 
 /// Patches.
 Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& target, const Signal& before) {
-  const Step step(run, "solve", 0.6);
+  const Step step(run, "solve", 0.79);
   PatchDenoised found =
       denoise_by_patches(scene.surface, *target.texel_atlas(), *target.texel_space(), before, step);
   run.result["noise"] = found.noise;
@@ -90,7 +90,7 @@ Signal smooth_up_to_edges(Run& run, const TexturedModel& scene, const ModelSigna
   const std::vector<Guide> guides = asked_guides(options, scene, target);
   Denoised found;
   solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
-    const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
+    const Step step(run, "solve", shares.prepare + shares.solve);
     found = denoise(target.space(), before, guides, wanted, factory, step);
     return found.report;
   });
@@ -107,7 +107,7 @@ Signal smooth_up_to_edges(Run& run, const TexturedModel& scene, const ModelSigna
 Exit denoise_verb_run(Run& run) {
   const OptionValues& options = run.options();
   TexturedModel scene = read_usable_model(
-      run, options.flag("vertices") ? MissingPictures::unneeded : MissingPictures::refuse, 0.2);
+      run, options.flag("vertices") ? MissingPictures::unneeded : MissingPictures::refuse, 0.04);
   if (at_vertices(options, scene)) refuse_pictures(options);
   const Outputs outputs(
       options.text("output"), scene.model,
@@ -120,7 +120,7 @@ Exit denoise_verb_run(Run& run) {
 
   std::unique_ptr<ModelSignal> target;
   {
-    const Step step(run, "assemble", 0.2);
+    const Step step(run, "assemble", 0.13);
     target = make_signal(run, scene, step);
   }
   Signal before, after;
@@ -131,7 +131,7 @@ Exit denoise_verb_run(Run& run) {
   run.result["method"] = patches ? "patches" : "edges";
   run.result.update(change_json(before, after, value_space(run.options()).space));
 
-  const Step step(run, "write", 0.1);
+  const Step step(run, "write", 0.04);
   target->put(before, after, scene.model);
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);

@@ -29,7 +29,7 @@ FillOptions asked_fill(const OptionValues& options) {
 
 Exit fill(Run& run) {
   const OptionValues& options = run.options();
-  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.08);
   refuse_normals_of_colours(options, scene.model);
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates, so no charts to fill around; the verb unwrap makes some");
@@ -42,12 +42,12 @@ Exit fill(Run& run) {
   Json difference;
   about(scene.model, [&] {
     {
-      const Step step(run, "assemble", 0.3);
+      const Step step(run, "assemble", 0.47);
       filling = std::make_unique<TextureFill>(scene, asked_fill(options), run.terminal(), step);
       say_defects(run, filling->signal());
       difference = seams_json(scene, filling->signal());
     }
-    const Step step(run, "solve", 0.3);
+    const Step step(run, "solve", 0.25);
     solution = filling->solve(step);
     report_solve_at_seams(run, solution.report);
   });

@@ -117,7 +117,7 @@ Exit filter_geometry(Run& run) {
     GeometryFilterOptions wanted = asked_filter(options, scale);
     if (const auto mask = asked_mask(run, scene, target, {})) wanted.mask = *mask;
     solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
-      const Step step(run, "filter", shares.prepare + shares.solve + 0.3);
+      const Step step(run, "filter", shares.prepare + shares.solve);
       SolveReport report;
       std::tie(positions, report) =
           filtered_shape(scene.surface, options, wanted, factory, step);
@@ -126,7 +126,7 @@ Exit filter_geometry(Run& run) {
     run.result["alpha"] = number_json(wanted.weight / scale.area);
     run.result["length"] = number_json(std::sqrt(wanted.weight));
   });
-  const Step step(run, "write", 0.1);
+  const Step step(run, "write", 0.04);
   put_positions(run, scene, positions, advice_on_size(options));
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
@@ -154,7 +154,7 @@ Exit filter(Run& run) {
     require(!asks_for(options, name),
             fmt::format("--{} is for the shape of a model: give --geometry too", name));
   TexturedModel scene = read_usable_model(
-      run, options.flag("vertices") ? MissingPictures::unneeded : MissingPictures::refuse, 0.2);
+      run, options.flag("vertices") ? MissingPictures::unneeded : MissingPictures::refuse, 0.05);
   if (at_vertices(options, scene)) refuse_pictures(options);
   const Outputs outputs(
       options.text("output"), scene.model,
@@ -167,7 +167,7 @@ Exit filter(Run& run) {
   std::unique_ptr<SignalSpace> along;
   std::optional<std::vector<double>> mask;
   {
-    const Step step(run, "assemble", 0.2);
+    const Step step(run, "assemble", 0.22);
     target = make_signal(run, scene, step.progress().step("space", 0.5));
     about(scene.model, [&] { along = asked_space_along(run, scene, *target, step.progress().step("along the field", 0.4)); });
     mask = asked_mask(run, scene, *target, step.progress().step("mask", 0.1));
@@ -197,7 +197,7 @@ Exit filter(Run& run) {
   run.result["length"] = number_json(std::sqrt(weight));
   run.result["halo"] = number_json(halo);
 
-  const Step step(run, "write", 0.1);
+  const Step step(run, "write", 0.04);
   target->put(solution.before, solution.filtered.signal, scene.model);
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);

@@ -44,7 +44,7 @@ Geodesic solve(Run& run, const ModelSignal& domain, const std::vector<GeodesicSo
       geodesic = std::make_unique<GeodesicDistance>(
           domain.space(), factory, GeodesicOptions{.time = run.options().number("time")}, step);
     }
-    const Step step(run, "solve", shares.solve + 0.15);
+    const Step step(run, "solve", shares.solve + 0.05);
     found = geodesic->from(sources, step);
     run.result["diffusion_length"] = geodesic->diffusion_length();
     return found.report;
@@ -57,7 +57,7 @@ Exit geodesic(Run& run) {
   require(!options.texts("from").empty() || !options.texts("from-mask").empty(),
           "--from: say where distances begin: --from x,y,z, --from texel,column,row or --from-mask "
           "PICTURE");
-  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.2);
+  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.05);
   const bool vertices = works_at_vertices(options, scene);
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
@@ -69,7 +69,7 @@ Exit geodesic(Run& run) {
 
   std::unique_ptr<ModelSignal> domain;
   {
-    const Step step(run, "assemble", 0.2);
+    const Step step(run, "assemble", 0.18);
     domain = make_field_signal(run, scene, step, TextureSignalOptions::SharedTexels::one_for_each);
   }
   Geodesic found;
@@ -95,7 +95,7 @@ Exit geodesic(Run& run) {
         found.unreached, found.distance.size()));
   run.print(fmt::format("largest distance: {:g}\n", most));
 
-  const Step step(run, "write", 0.1);
+  const Step step(run, "write", 0.03);
   const bool numbers = writes_numbers(options, outputs.paths().front());
   const DistanceColours scale{.most = most,
                               .lines = int(options.integer("isolines")),

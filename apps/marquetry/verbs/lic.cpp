@@ -72,7 +72,7 @@ bool follows_paths(const OptionValues& options, const FieldRequest& request, boo
 Exit lic(Run& run) {
   const OptionValues& options = run.options();
   TexturedModel scene =
-      read_usable_model(run, MissingPictures::assume, 0.1, {}, ImageTriangles::per_pixel);
+      read_usable_model(run, MissingPictures::assume, 0.04, {}, ImageTriangles::per_pixel);
   const bool vertices = works_at_vertices(options, scene);
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
@@ -126,7 +126,7 @@ Exit lic(Run& run) {
           step);
     }
     solve_as_asked(run, *domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
-      const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
+      const Step step(run, "solve", shares.prepare + shares.solve - 0.05);
       lines = line_integral(*across, domain->space(), noise, wanted, factory, step);
       SolveReport report = lines.spread;
       report.converged = report.converged && lines.sharpen.converged;
@@ -136,7 +136,7 @@ Exit lic(Run& run) {
   run.result["length"] = std::sqrt(wanted.weight);
   run.result["grain"] = grain;
 
-  const Step step(run, "write", 0.1);
+  const Step step(run, "write", 0.03);
   const Signal grey = with_contrast(lines.signal, options.number("deviations"));
   if (over) {
     const Signal colours = domain->values();

@@ -140,7 +140,7 @@ Exit react(Run& run) {
   const GrayScottPreset preset = asked_preset(options);
   double wave_length = 0;
   {
-    const Step step(run, "assemble", 0.1);
+    const Step step(run, "assemble", 0.08);
     domain = make_field_signal(run, scene, step.progress().step("space", 0.4));
     about(scene.model, [&] {
       along = asked_space_along(run, scene, *domain, step.progress().step("along the field", 0.3));

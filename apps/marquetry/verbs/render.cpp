@@ -108,7 +108,7 @@ void look_through(Run& run, ModelPictureOptions& wanted) {
 Exit render(Run& run) {
   const OptionValues& options = run.options();
   require_picture_name(options, "output");
-  const TexturedModel scene = read_textured_model(run, MissingPictures::assume, 0.4);
+  const TexturedModel scene = read_textured_model(run, MissingPictures::assume, 0.1);
   const std::string output = options.text("output");
   std::vector<std::filesystem::path> files = {output};
   if (options.has("cameras")) {
@@ -128,7 +128,7 @@ Exit render(Run& run) {
   Image<float> picture;
   PinholeCamera camera;
   about(scene.model, [&] {
-    const Step step(run, "draw", 0.5);
+    const Step step(run, "draw", 0.88);
     if (options.flag("layout")) {
       picture = draw_layout(scene, after, wanted.layout, wanted.sheet, step);
       return;

@@ -24,7 +24,7 @@ namespace {
 
 Exit seams(Run& run) {
   const OptionValues& options = run.options();
-  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.1);
   refuse_normals_of_colours(options, scene.model);
   const std::string file = scene.model.path.string();
   require(scene.atlas.has_value(), file + ": has no texture coordinates, so no seams; the verb unwrap makes some");
@@ -39,7 +39,7 @@ Exit seams(Run& run) {
   Json difference;
   about(scene.model, [&] {
     {
-      const Step step(run, "assemble", 0.3);
+      const Step step(run, "assemble", 0.35);
       target = make_texture_signal(run, scene,
                                    {.values = value_space(options),
                                     .space = soft_seams(*scene.atlas, options.number("weight")),
@@ -64,7 +64,7 @@ Exit seams(Run& run) {
   });
   run.result = change_json(before, after);
   run.result["seam_texels"] = std::ranges::count(free, 1);
-  const Step step(run, "write", 0.1);
+  const Step step(run, "write", 0.15);
   target->put(before, after, scene.model);
   run.result["seams"] = {{"before", difference}, {"after", seams_json(scene, *target)}};
   set_depth(options, scene.model);

@@ -184,7 +184,7 @@ Exit shock_model(Run& run) {
   const OptionValues& options = run.options();
   refuse_for_models(options);
   refuse_without_geometry(options);
-  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.15);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.05);
   const bool vertices = at_vertices(options, scene);
   if (vertices) refuse_pictures(options);
   const Outputs outputs(options.text("output"), scene.model,
@@ -200,7 +200,7 @@ Exit shock_model(Run& run) {
   const Signal before = target->values();
   ShockedModel shocked;
   about(scene.model, [&] {
-    const Step step(run, "sharpen", vertices ? 0.7 : 0.5);
+    const Step step(run, "sharpen", vertices ? 0.8 : 0.66);
     shocked = shock_signal(scene, *target, before, shock_request(options), step);
   });
   report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);

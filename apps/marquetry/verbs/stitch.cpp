@@ -120,7 +120,7 @@ void compare_seams(Run& run) {
 
 Exit stitch(Run& run) {
   const OptionValues& options = run.options();
-  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.05);
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates"
               ", so no textures to stitch; the verb unwrap makes some");
@@ -133,7 +133,7 @@ Exit stitch(Run& run) {
   std::unique_ptr<TextureSignal> target;
   StitchRegions regions;
   about(scene.model, [&] {
-    const Step step(run, "assemble", 0.2);
+    const Step step(run, "assemble", 0.22);
     target = make_texture_signal(run, scene,
                                  {.values = value_space(options), .depth = asked_depth(options)},
                                  step.progress().step("space", 0.5));
@@ -161,7 +161,7 @@ Exit stitch(Run& run) {
   run.result["alpha"] = weight / scale.area;
   run.result["length"] = std::sqrt(weight);
 
-  const Step step(run, "write", 0.1);
+  const Step step(run, "write", 0.04);
   target->put(before, after, scene.model);
   run.result["seams"] = {{"before", seams}, {"after", seams_json(scene, *target)}};
   compare_seams(run);

@@ -95,8 +95,8 @@ Exit unwrap(Run& run) {
   for (const char* name : {"flipped", "slot", "uv-set", "layer", "normal-space"})
     require(bakes || !asks_for(options, name),
             fmt::format("--{} is of textures, which are looked at with --bake alone: give it too", name));
-  TexturedModel scene = bakes ? read_usable_model(run, MissingPictures::unneeded, 0.1)
-                              : read_shape(run, 0.1);
+  TexturedModel scene = bakes ? read_usable_model(run, MissingPictures::unneeded, 0.06)
+                              : read_shape(run, 0.06);
   const std::vector<std::string> slots =
       bakes ? slots_to_bake(options, scene.model) : std::vector<std::string>();
   const Outputs outputs =
@@ -106,7 +106,7 @@ Exit unwrap(Run& run) {
   const UnwrapOptions wanted = asked_unwrap(options);
   Unwrapped unwrapped;
   about(scene.model, [&] {
-    const Step step(run, "unwrap", bakes ? 0.45 : 0.75);
+    const Step step(run, "unwrap", bakes ? 0.5 : 0.9);
     unwrapped = mq::unwrap(scene.surface, wanted, step);
   });
   for (const UnwrapFigures::Seconds& seconds : unwrapped.figures.seconds)
@@ -120,12 +120,12 @@ Exit unwrap(Run& run) {
   put_unwrapped(unwrapped, scene);
   std::int64_t overlaps = 0;
   {
-    const Step step(run, "check", 0.05);
+    const Step step(run, "check", 0.02);
     overlaps = overlapping_texels(scene, {wanted.width, wanted.height}, step);
   }
   report(run, unwrapped.figures, overlaps);
   if (bakes) bake_what_was_there(run, slots, source, scene);
-  const Step step(run, "write", 0.1);
+  const Step step(run, "write", 0.02);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }

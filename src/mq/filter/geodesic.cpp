@@ -281,7 +281,7 @@ Geodesic GeodesicDistance::from(const std::vector<GeodesicSource>& asked,
   std::vector<std::pair<int, double>> begin;
   for (const GeodesicSource& s : sources) begin.emplace_back(s.unknown, s.distance);
   const Vector guess =
-      fast_sweeping_distances(parts_->heat, parts_->positions, begin, progress.step("front", 0.25)) /
+      fast_sweeping_distances(parts_->heat, parts_->positions, begin, progress.step("front", 0.5)) /
       -parts_->length;
   HeatSweeps heat =
       sweep_heat(parts_->heat, fixed, {parts_->options.tolerance, parts_->options.max_sweeps},
@@ -292,9 +292,9 @@ Geodesic GeodesicDistance::from(const std::vector<GeodesicSource>& asked,
   heat.log_u = Vector();
   if (!parts_->boundary.empty())
     continue_to_boundary(*parts_, sources, -parts_->length * guess, w,
-                         progress.step("boundary", 0.1));
+                         progress.step("boundary", 0.05));
   const Signal moments = unit_gradient_moments(parts_->space, w);
-  Filtered filtered = parts_->poisson.solve_towards(w, moments, progress.step("solve", 0.4));
+  Filtered filtered = parts_->poisson.solve_towards(w, moments, progress.step("solve", 0.2));
   Geodesic result{.distance = filtered.signal.col(0),
                   .sweeps = heat.sweeps,
                   .change = heat.change,

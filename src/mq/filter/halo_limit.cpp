@@ -144,16 +144,16 @@ double HaloLimit::limited(std::int64_t unknown, int channel, double value, doubl
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
                              std::span<const double> beta, const HaloOptions& options, const Progress& progress) {
   if (std::ranges::none_of(beta, [](double b) { return b > 1; })) return equation.solve(psi, beta, progress);
-  const HaloLimit limit(space, psi, options, progress.step("look around", 0.1));
+  const HaloLimit limit(space, psi, options, progress.step("look around", 0.22));
   std::vector<double> all(beta.begin(), beta.end()), of_texture = limit.of_texture(beta);
-  if (of_texture == all) return equation.solve(psi, beta, progress.step("solve", 0.9));
+  if (of_texture == all) return equation.solve(psi, beta, progress.step("solve", 0.78));
   for (std::vector<double>* change : {&all, &of_texture})
     for (double& b : *change) b -= 1;
   const int channels = int(psi.cols());
   Signal twice(psi.rows(), 2 * channels), change(psi.rows(), 2 * channels);
   twice << psi, psi;
   change << space.stiffness_times(psi, all), space.stiffness_times(psi, of_texture);
-  Filtered found = equation.solve_change(twice, change, progress.step("solve", 0.9));
+  Filtered found = equation.solve_change(twice, change, progress.step("solve", 0.78));
   Signal limited(psi.rows(), channels);
   parallel_for(psi.rows(), [&](std::int64_t i) {
     for (int c = 0; c < channels; ++c) {

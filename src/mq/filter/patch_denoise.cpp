@@ -277,7 +277,7 @@ PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, con
           fmt::format("a signal of {} rows was given for {} unknowns, or it is not finite", psi.rows(),
                       space.size()));
   const ChartWindows windows(surface, atlas, space);
-  PatchDenoised result{psi, noise_levels(windows, psi, progress.step("measure noise", 0.1))};
+  PatchDenoised result{psi, noise_levels(windows, psi, progress.step("measure noise", 0.03))};
   std::vector<int> noisy_channels;
   for (int c = 0; c < int(psi.cols()); ++c)
     if (result.noise[std::size_t(c)] > 0) noisy_channels.push_back(c);
@@ -297,8 +297,8 @@ PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, con
     }
     noisy.row(k) = (T * x).transpose().cast<float>();
   });
-  const Values basic = pass_over(windows, noisy, nullptr, progress.step("patches of channels", 0.4));
-  const Values best = pass_over(windows, noisy, &basic, progress.step("patches of colours", 0.5));
+  const Values basic = pass_over(windows, noisy, nullptr, progress.step("patches of channels", 0.46));
+  const Values best = pass_over(windows, noisy, &basic, progress.step("patches of colours", 0.51));
   Signal change(psi.rows(), count);
   parallel_for(psi.rows(), [&](std::int64_t k) {
     const Eigen::VectorXd x = (best.row(k) - noisy.row(k)).transpose().cast<double>();

@@ -9,6 +9,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/filter/seam_agreement.h"
 
 namespace mq {
 
@@ -38,7 +39,7 @@ PathConvolution::PathConvolution(const TexelVectorSpace& vectors, const TraceAtl
       spacing_(vectors.space().scale().texel_spacing),
       forward_(AtlasFlow::along(domain, along)),
       backward_(AtlasFlow::along(domain, opposite(along))),
-      starts_(domain.starts().places),
+      starts_(domain.starts()),
       clear_(std::size_t(vectors.size())) {
   for (std::size_t i = 0; i < clear_.size(); ++i)
     clear_[i] = float(std::min(1.0, z.segment<2>(2 * std::int64_t(i)).norm()));
@@ -47,6 +48,7 @@ PathConvolution::PathConvolution(const TexelVectorSpace& vectors, const TraceAtl
 ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const Progress& progress) const {
   require(length > 0 && std::isfinite(length), fmt::format("paths of length {} cannot be followed", length));
   require(signal.rows() == domain_.space().size(), "one row per texel is needed");
+  constexpr double most = 0.9;  // of the work
   const int steps = int(std::clamp(std::ceil(length / spacing_), 1.0, 10000.0));
   const double step = length / steps;
   const Eigen::RowVectorXd mean = signal.colwise().mean();
@@ -62,12 +64,12 @@ ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const 
       }
     });
   };
-  std::vector<int> all(starts_.size());
+  std::vector<int> all(starts_.places.size());
   std::iota(all.begin(), all.end(), 0);
   double weights = 2;  // 1 + cos 0
-  add(all, starts_, weights);
+  add(all, starts_.places, weights);
   for (const AtlasFlow* flow : {&forward_, &backward_}) {
-    std::vector<ChartPlace> places = starts_;
+    std::vector<ChartPlace> places = starts_.places;
     std::vector<int> paths = all;  // which one is there
     for (int k = 1; k <= steps; ++k) {
       const TracedTexels traced = flow->trace(places, step);
@@ -83,11 +85,15 @@ ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const 
       const double weight = 1 + std::cos(std::numbers::pi * k / (steps + 1));
       add(paths, places, weight);
       weights += weight;
-      progress.at(((flow == &forward_ ? 0 : steps) + k) / (2.0 * steps));
+      progress.at(most * ((flow == &forward_ ? 0 : steps) + k) / (2.0 * steps));
     }
   }
   for (Eigen::Index i = 0; i < kept.size(); ++i)
     result.signal.row(i) = mean + clear_[std::size_t(i)] / std::max(kept[i], weights / 2) * result.signal.row(i);
+  // Texels outside charts alone give way, until no difference is left.
+  const Signal none = Signal::Zero(signal.rows(), signal.cols());
+  result.signal = agree_at_seams(domain_, result.signal, none, Vector::Ones(signal.rows()), starts_.outside);
+  progress.at(1);
   return result;
 }
 

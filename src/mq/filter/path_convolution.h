@@ -29,7 +29,8 @@ struct ConvolvedPaths {
 /// triangles, and nothing is diffused across the field but by bilinear lookups.
 ///
 /// Where a path ends, at a line that the field runs against from both sides or between charts of hardly a texel, it is
-/// divided by what it has of Σ w_k; with less than half of it, it fades to m too, so that no texel stands out as noise.
+/// divided by what it has of Σ w_k; with less than half of it, it fades to m too, so that no texel stands out as noise. Texels whose
+/// centre no chart covers are chosen such that lookups from both sides of seams agree (`agree_at_seams`).
 class PathConvolution {
  public:
   /// All must outlive the object. z: two components per texel of the space.
@@ -45,7 +46,7 @@ class PathConvolution {
   const TraceAtlas& domain_;
   double spacing_;
   AtlasFlow forward_, backward_;
-  std::vector<ChartPlace> starts_;
+  TraceAtlas::Starts starts_;
   std::vector<float> clear_;  ///< min(|X|, 1) per texel
 };
 

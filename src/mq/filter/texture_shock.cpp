@@ -65,14 +65,13 @@ TextureShock::TextureShock(const Surface& surface, const Atlas& atlas, const Tex
   std::vector<SolveReport> solves;
   // First: the solver needs more memory than all else.
   const Vector P = shock_potential(space, signal, options.weights, options.solver, &solves,
-                                   progress.step("potential", 0.8));
-  data_ = std::make_unique<Data>(surface, atlas, space, std::move(signal), progress.step("order cells", 0.1));
+                                   progress.step("potential", 0.68));
+  data_ = std::make_unique<Data>(surface, atlas, space, std::move(signal), progress.step("order cells", 0.05));
   data_->solves = std::move(solves);
   data_->rate = potential_rate(space, P);
   data_->area = space.scale().area;
   data_->flow.emplace(AtlasFlow::downhill(data_->domain, P));
   data_->starts = data_->domain.starts();
-  progress.at(1);
 }
 
 TextureShock::~TextureShock() = default;
@@ -84,13 +83,14 @@ ShockedTexture TextureShock::at(const ShockTime& time, const Progress& progress)
   shocked.time = time_from(time, data_->rate, data_->area);
   const Stopwatch watch;
   const TracedTexels traced =
-      data_->flow->trace(data_->starts.places, shocked.time, progress.step("follow paths", 0.2));
+      data_->flow->trace(data_->starts.places, shocked.time, progress.step("follow paths", 0.24));
   shocked.counts = traced.counts;
   shocked.path_seconds = watch.seconds();
   shocked.signal = data_->signal;
   if (shocked.time > 0) {
     const Vector kept = look_up(data_->domain, data_->signal, data_->starts.places, traced.ends, shocked.signal);
-    shocked.signal = agree_at_seams(data_->domain, shocked.signal, data_->signal, kept, data_->starts.outside);
+    // Of what disagreed before less is left than of values: what moves half a texel may as well agree.
+    shocked.signal = agree_at_seams(data_->domain, shocked.signal, data_->signal, kept.cwiseAbs2(), data_->starts.outside);
   }
   progress.at(1);
   return shocked;

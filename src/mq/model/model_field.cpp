@@ -8,6 +8,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/fem/smoothest_field.h"
+#include "mq/filter/screened_poisson.h"
 #include "mq/io/field_strokes.h"
 #include "mq/io/image_file.h"
 #include "mq/io/vector_field.h"
@@ -43,13 +44,17 @@ TangentField gradient(const Surface& surface, const Vector& psi) {
   return field;
 }
 
-/// The same per texel, where there are some.
-ModelField gradient_of_colours(const TexturedModel& model, const ModelSignal& signal) {
+/// Per texel, where there are some: of brightness that is smoothed over `usual_gradient_smoothing`, 0 where it changes by less
+/// from one texel to the next than a quarter of a step of 8 bits.
+ModelField gradient_of_colours(const TexturedModel& model, const ModelSignal& signal, const Progress& progress) {
   if (!signal.texel_space()) return {gradient(model.surface, signal.brightness()), {}, {}};
   const TexelVectorSpace vectors(model.surface, *signal.texel_atlas(), *signal.texel_space());
-  const Vector psi = signal.texel_brightness();
-  Vector z = vectors.gradient(psi);
-  const double least = rounding * psi.cwiseAbs().maxCoeff() / signal.scale().texel_spacing;
+  const TexelSpace& space = *signal.texel_space();
+  const double texel = signal.scale().texel_spacing;
+  const Signal psi = signal.texel_brightness();
+  Vector z = vectors.gradient(
+      smooth(space, psi, usual_gradient_smoothing, space.solver({.tolerance = 1e-6}), progress).signal);
+  const double least = 0.25 / 255 * psi.cwiseAbs().maxCoeff() / texel;
   for (Eigen::Index i = 0; i < z.size(); i += 2)
     if (!(z.segment<2>(i).norm() > least)) z.segment<2>(i).setZero();
   TangentField field = vectors.on_triangles(z);
@@ -115,7 +120,7 @@ ModelField unscaled(const TexturedModel& model, const ModelSignal& signal,
     case Kind::min_curvature:
       return {curvature_field(model.surface, Principal::min, 2, progress), {}, {}};
     case Kind::harmonic: return harmonic(model, request.number, progress);
-    case Kind::gradient: return gradient_of_colours(model, signal);
+    case Kind::gradient: return gradient_of_colours(model, signal, progress);
     case Kind::file: return {from_file(model, request.file), {}, {}};
     case Kind::map: return field_of_map(model, signal, request.file);
     case Kind::strokes: return along_strokes(model, signal, request.file, progress);

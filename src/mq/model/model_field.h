@@ -9,12 +9,15 @@
 
 namespace mq {
 
+/// Noise of single texels has no direction.
+inline constexpr Length usual_gradient_smoothing = {2, Length::Unit::texels};
+
 struct FieldRequest {
   enum class Kind {
     max_curvature,  ///< principal directions, as strong as the two curvatures differ
     min_curvature,
     harmonic,  ///< without curl and divergence
-    gradient,  ///< of the brightness of the textures, or of the colours at vertices
+    gradient,  ///< of the brightness of the textures, smoothed (`usual_gradient_smoothing`), or of the colours at vertices
     file,      ///< a .vf file, or a .ply file with vx, vy, vz at its vertices or faces
     map,       ///< a picture of directions in tangent space (field_map.h)
     strokes    ///< the smoothest one that goes along the strokes of a .json file (field_strokes.h)

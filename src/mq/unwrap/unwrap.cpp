@@ -82,11 +82,11 @@ Unwrapped unwrap(const Surface& given, const UnwrapOptions& options, const Progr
   const Surface surface = normalised(given);
   Unwrapped unwrapped;
   Laps lap(unwrapped.figures.seconds);
-  const ChartHistory history = find_charts(surface, chart_options, progress.step("charts", 0.4));
+  const ChartHistory history = find_charts(surface, chart_options, progress.step("charts", 0.12));
   lap("charts");
   ChartMerging merging(surface, history.patches.patch, history.patches.count);
   std::vector<FlatChart> flats =
-      lay_flat(surface, history, options.stretch, nullptr, merging, progress.step("flatten", 0.4));
+      lay_flat(surface, history, options.stretch, nullptr, merging, progress.step("flatten", 0.18));
   lap("flatten");
   std::vector<PackChart> outlines;
   for (FlatChart& flat : flats) {
@@ -98,7 +98,7 @@ Unwrapped unwrap(const Surface& given, const UnwrapOptions& options, const Progr
                                 .height = options.height,
                                 .gutter = options.gutter,
                                 .trials = options.trials},
-                               progress.step("pack", 0.2));
+                               progress.step("pack", 0.7));
   lap("pack");
   unwrapped.corner_uvs.resize(surface.mesh.triangles.size());
   unwrapped.chart.assign(surface.mesh.triangles.size(), -1);

@@ -375,9 +375,9 @@ Packing pack(const std::vector<PackChart>& charts, const PackOptions& options,
                   "texture or a smaller gutter",
                   charts.size(), options.gutter, options.width, options.height));
   auto [scale, places] = try_plans(quick, charts, options, contents.charts, perfect / step,
-                                   progress.step("try orders", 0.7));
+                                   progress.step("try orders", 0.93));
 
-  const Progress sliding = progress.step("slide", 0.3);
+  const Progress sliding = progress.step("slide", 0.07);
   Packer& last = step == 1 ? quick : exact;
   if (step > 1 && places) {
     std::vector<int> direction;
