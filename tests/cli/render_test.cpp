@@ -53,6 +53,9 @@ TEST(Render, PutsViewsComparisonsAndOverviewsOnAPage) {
   const Image<float> pair = rendered(folder, {"-s", "50", "--compare", "other.png"});
   EXPECT_GT(pair.width(), 100);
   EXPECT_LT(pair.height(), 110);
+  const Image<float> three = rendered(folder, {"-s", "50", "--compare", "other.png", "--compare", "strip.png"});
+  EXPECT_GT(three.width(), 150);
+  EXPECT_EQ(three.height(), pair.height());
   EXPECT_GT(rendered(folder, {"-s", "50", "--overview"}).width(), 150);
 }
 

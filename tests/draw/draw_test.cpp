@@ -426,7 +426,8 @@ TEST(InjectiveParts, ShowOneSurfaceFromManySidesAndBeforeAndAfter) {
   SheetOptions sheet;
   sheet.gap = 0;
   const Image<float> pair =
-      draw_before_after(renderer, model.paints(), model.paints(), options, {}, sheet);
+      draw_versions(renderer, std::vector<Version>{{"before", model.paints()}, {"after", model.paints()}}, {}, options,
+                    sheet);
   ASSERT_EQ(pair.width(), 100);
   for (int y = 0; y < 50; ++y)
     for (int x = 0; x < 50; ++x) ASSERT_EQ(pair(x, y, 0), pair(50 + x, y, 0));

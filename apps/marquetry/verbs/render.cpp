@@ -105,6 +105,16 @@ void look_through(Run& run, ModelPictureOptions& wanted) {
   wanted.render.height = std::max(1, int(std::lround(camera.height * scale)));
 }
 
+/// Of one version an object, of several a list.
+Json seams_of_versions(const TexturedModel& scene, const std::vector<Texture>& textures) {
+  const auto count = std::ptrdiff_t(scene.model.textures.size());
+  if (std::ssize(textures) == count) return seams_json(scene, textures);
+  Json all = Json::array();
+  for (auto first = textures.begin(); first != textures.end(); first += count)
+    all.push_back(seams_json(scene, std::vector<Texture>(first, first + count)));
+  return all;
+}
+
 Exit render(Run& run) {
   const OptionValues& options = run.options();
   require_picture_name(options, "output");
@@ -121,7 +131,7 @@ Exit render(Run& run) {
   look_through(run, wanted);
   run.will_write(files);
   check_pictures(options, scene,
-                 {"compare", InputPictures::Count::one_set, InputPictures::Size::of_the_texture});
+                 {"compare", InputPictures::Count::many_sets, InputPictures::Size::of_the_texture});
   if (run.dry_run()) return Exit::done;
 
   const std::vector<Texture> after = read_compared(options, scene);
@@ -141,7 +151,7 @@ Exit render(Run& run) {
                                  picture.height()));
   });
   if (!after.empty())
-    run.result["seams"] = {{"before", seams_json(scene)}, {"after", seams_json(scene, after)}};
+    run.result["seams"] = {{"before", seams_json(scene)}, {"after", seams_of_versions(scene, after)}};
   run.result["width"] = picture.width();
   run.result["height"] = picture.height();
   run.result["output"] = output;

@@ -1,5 +1,7 @@
 #include "mq/draw/sheets.h"
 
+#include <algorithm>
+
 #include "mq/base/error.h"
 
 namespace mq {
@@ -26,33 +28,23 @@ Image<float> draw_views(const Renderer& renderer, const Paints& paints,
   return contact_sheet(tiles, sheet);
 }
 
-Image<float> draw_before_after(const Renderer& renderer, const Paints& before, const Paints& after,
-                               const RenderOptions& options, const Labels& labels,
-                               const SheetOptions& sheet, const Progress& progress) {
-  const Image<float> left = renderer.draw(before, options, progress.step(labels.before, 0.5));
-  const Image<float> right = renderer.draw(after, options, progress.step(labels.after, 0.5));
-  SheetOptions side_by_side = sheet;
-  if (side_by_side.columns == 0) side_by_side.columns = 2;
-  return contact_sheet({{left, labels.before}, {right, labels.after}}, side_by_side);
-}
-
-Image<float> draw_views_before_after(const Renderer& renderer, const Paints& before,
-                                     const Paints& after, const std::vector<std::string>& views,
-                                     const RenderOptions& options, const Labels& labels,
-                                     const SheetOptions& sheet, const Progress& progress) {
-  require(!views.empty(), "no view is given: name at least one");
-  const double share = 0.5 / double(views.size());
+Image<float> draw_versions(const Renderer& renderer, std::span<const Version> versions,
+                           const std::vector<std::string>& views, const RenderOptions& options,
+                           const SheetOptions& sheet, const Progress& progress) {
+  require(!versions.empty(), "no version is given: name at least one");
+  const double share = 1 / double(std::max<std::size_t>(1, views.size()) * versions.size());
   std::vector<Tile> tiles;
-  for (const std::string& name : views) {
-    const RenderOptions one = seen_from(options, name);
-    tiles.push_back(
-        {renderer.draw(before, one, progress.step(name, share)), name + ", " + labels.before});
-    tiles.push_back(
-        {renderer.draw(after, one, progress.step(name, share)), name + ", " + labels.after});
-  }
-  SheetOptions pairs = sheet;
-  if (pairs.columns == 0) pairs.columns = 2;
-  return contact_sheet(tiles, pairs);
+  const auto add = [&](const RenderOptions& one, const std::string& before_label) {
+    for (const Version& version : versions) {
+      const std::string label = before_label + version.label;
+      tiles.push_back({renderer.draw(version.paints, one, progress.step(label, share)), label});
+    }
+  };
+  if (views.empty()) add(options, "");
+  for (const std::string& name : views) add(seen_from(options, name), name + ", ");
+  SheetOptions rows = sheet;
+  if (rows.columns == 0) rows.columns = int(versions.size());
+  return contact_sheet(tiles, rows);
 }
 
 Sight sight_of_worst_seam(const Renderer& renderer, const Atlas& atlas, const SeamDifference& seams,

@@ -1,6 +1,7 @@
 #pragma once
 /// Several pictures of one surface on a page.
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,23 +17,17 @@ Image<float> draw_views(const Renderer& renderer, const Paints& paints,
                         const std::vector<std::string>& views, const RenderOptions& options = {},
                         const SheetOptions& sheet = {}, const Progress& progress = {});
 
-/// What two pictures of a comparison are called.
-struct Labels {
-  std::string before = "before";
-  std::string after = "after";
+/// What the same surface looks like at one time or by one way, and what that is called.
+struct Version {
+  std::string label;
+  Paints paints;
 };
 
-/// The same view of the same surface with two sets of textures, side by side.
-Image<float> draw_before_after(const Renderer& renderer, const Paints& before, const Paints& after,
-                               const RenderOptions& options = {}, const Labels& labels = {},
-                               const SheetOptions& sheet = {}, const Progress& progress = {});
-
-/// `draw_before_after` of one picture per view name, two columns unless the sheet says otherwise.
-Image<float> draw_views_before_after(const Renderer& renderer, const Paints& before,
-                                     const Paints& after, const std::vector<std::string>& views,
-                                     const RenderOptions& options = {}, const Labels& labels = {},
-                                     const SheetOptions& sheet = {},
-                                     const Progress& progress = {});
+/// The same view of the same surface for each version, side by side unless the sheet says otherwise; with `views` so for
+/// each of these, as `draw_views` has them.
+Image<float> draw_versions(const Renderer& renderer, std::span<const Version> versions,
+                           const std::vector<std::string>& views = {}, const RenderOptions& options = {},
+                           const SheetOptions& sheet = {}, const Progress& progress = {});
 
 /// A view of the place where seams show most: of the edges of `seams` the one with most weight in
 /// the picture around it that is also seen well. `texels` mean texel spacings are across. Throws

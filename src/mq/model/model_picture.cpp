@@ -18,6 +18,19 @@ Image<float> layout_of(const TexturedModel& model, std::span<const Texture> text
                         progress);
 }
 
+/// What sets of so many textures each are called: "after", or several by their first picture's file.
+std::vector<std::string> labels_of(std::span<const Texture> textures, std::size_t count) {
+  require(textures.empty() || (count > 0 && textures.size() % count == 0),
+          "textures to compare with are as many as the model's, or several times as many");
+  if (textures.empty()) return {};
+  if (textures.size() == count) return {"after"};
+  std::vector<std::string> labels;
+  for (std::size_t first = 0; first < textures.size(); first += count)
+    labels.push_back(textures[first].path.empty() ? "after " + std::to_string(labels.size() + 1)
+                                                  : textures[first].path.stem().string());
+  return labels;
+}
+
 }  // namespace
 
 ModelRenderer::ModelRenderer(const TexturedModel& model)
@@ -27,6 +40,16 @@ ModelRenderer::ModelRenderer(const TexturedModel& model)
 
 Paints ModelRenderer::paints(std::span<const Texture> textures) const {
   return {pictures_of(textures), colours_};
+}
+
+std::vector<Version> ModelRenderer::versions_of(std::span<const Texture> after) const {
+  std::vector<Version> versions = {{"before", paints(model_.model.textures)}};
+  const std::vector<std::string> labels = labels_of(after, model_.model.textures.size());
+  for (std::size_t k = 0; k < labels.size(); ++k) {
+    const std::size_t count = model_.model.textures.size();
+    versions.push_back({labels[k], paints(after.subspan(k * count, count))});
+  }
+  return versions;
 }
 
 Image<float> ModelRenderer::overview(const ModelPictureOptions& options,
@@ -59,16 +82,13 @@ Image<float> ModelRenderer::draw(const ModelPictureOptions& options, std::span<c
                                  const Progress& progress) const {
   using Page = ModelPictureOptions::Page;
   if (options.page == Page::overview) return overview(options, progress);
-  const Paints own = paints(model_.model.textures), others = paints(after);
   const bool single = options.page == Page::view;
+  const std::vector<Version> versions = versions_of(after);
   if (after.empty())
-    return single
-               ? renderer_.draw(own, options.render, progress)
-               : draw_views(renderer_, own, options.views, options.render, options.sheet, progress);
-  return single ? draw_before_after(renderer_, own, others, options.render, {}, options.sheet,
-                                    progress)
-                : draw_views_before_after(renderer_, own, others, options.views, options.render, {},
-                                          options.sheet, progress);
+    return single ? renderer_.draw(versions[0].paints, options.render, progress)
+                  : draw_views(renderer_, versions[0].paints, options.views, options.render, options.sheet, progress);
+  return draw_versions(renderer_, versions, single ? std::vector<std::string>() : options.views, options.render,
+                       options.sheet, progress);
 }
 
 Sight ModelRenderer::sight_of_seam(const SeamDifference& seams, double extent,
@@ -83,11 +103,16 @@ Sight ModelRenderer::sight_of_seam(const SeamDifference& seams, double extent,
 Image<float> draw_layout(const TexturedModel& model, std::span<const Texture> after,
                          const UvLayoutOptions& layout, const SheetOptions& sheet,
                          const Progress& progress) {
-  Image<float> first = layout_of(model, model.model.textures, layout, progress.step("layout", 0.5));
+  const std::size_t count = model.model.textures.size();
+  const std::vector<std::string> labels = labels_of(after, count);
+  const double share = 1 / double(labels.size() + 1);
+  Image<float> first = layout_of(model, model.model.textures, layout, progress.step("layout", share));
   if (after.empty()) return first;
-  return contact_sheet({{std::move(first), "before"},
-                        {layout_of(model, after, layout, progress.step("layout", 0.5)), "after"}},
-                       sheet);
+  std::vector<Tile> tiles = {{std::move(first), "before"}};
+  for (std::size_t k = 0; k < labels.size(); ++k)
+    tiles.push_back(
+        {layout_of(model, after.subspan(k * count, count), layout, progress.step("layout", share)), labels[k]});
+  return contact_sheet(tiles, sheet);
 }
 
 }  // namespace mq

@@ -29,7 +29,7 @@ class ModelRenderer {
  public:
   explicit ModelRenderer(const TexturedModel& model);
 
-  /// `after`: textures to compare with, of the same sizes; none: nothing is compared. Throws what
+  /// `after`: textures to compare with, of the same sizes, set by set; none: nothing is compared. Throws what
   /// `Renderer::draw` and `draw_uv_layout` throw.
   Image<float> draw(const ModelPictureOptions& options, std::span<const Texture> after = {},
                     const Progress& progress = {}) const;
@@ -40,6 +40,7 @@ class ModelRenderer {
 
  private:
   Paints paints(std::span<const Texture> textures) const;
+  std::vector<Version> versions_of(std::span<const Texture> after) const;
   Image<float> overview(const ModelPictureOptions& options, const Progress& progress) const;
 
   const TexturedModel& model_;

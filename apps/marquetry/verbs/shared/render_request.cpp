@@ -159,7 +159,7 @@ void add_paint_options(OptionTable& table) {
              .type = Type::path,
              .count = Option::Count::many,
              .group = group,
-             .help = "other pictures for the textures, shown beside them"});
+             .help = "other pictures for the textures, shown beside them; those of several versions set by set"});
   table.add({.name = "overview", .group = group, .help = "a page of all there is to see"});
   table.add({.name = "size",
              .letter = 's',
@@ -331,15 +331,16 @@ std::vector<Texture> read_compared(const OptionValues& options, const TexturedMo
   for (const std::string& path : options.texts("compare")) after.push_back(read_texture(path));
   if (after.empty()) return after;
   require(has_pictures(scene), scene.model.path.string() + ": has no textures to compare with");
-  require(after.size() == scene.model.textures.size(),
-          fmt::format("--compare: found {}, wanted one for each texture of {}, which has {}",
+  const std::size_t count = scene.model.textures.size();
+  require(after.size() % count == 0,
+          fmt::format("--compare: found {}, wanted one for each texture of {}, which has {}, or several such sets",
                       counted(std::ssize(after), "picture"), scene.model.path.string(),
                       counted(std::ssize(scene.model.textures), "texture")));
   for (std::size_t k = 0; k < after.size(); ++k) {
-    const Image<float>&a = scene.model.textures[k].pixels, &b = after[k].pixels;
+    const Image<float>&a = scene.model.textures[k % count].pixels, &b = after[k].pixels;
     require(a.width() == b.width() && a.height() == b.height(),
             fmt::format("{}: {} x {} pixels, but {} has {} x {}: only equal sizes can be compared",
-                        after[k].path.string(), b.width(), b.height(), scene.model.textures[k].name,
+                        after[k].path.string(), b.width(), b.height(), scene.model.textures[k % count].name,
                         a.width(), a.height()));
   }
   return after;
