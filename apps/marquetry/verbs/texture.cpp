@@ -177,16 +177,20 @@ void report_photographs(Run& run, const GivenPhotographs& given, const Photograp
         "apart, at different places {:.0f} %: look whether the cameras are of these photographs (names in order?) and "
         "of this mesh, with the verb cameras and its --picture",
         100 * std::expm1(agreement.here), 100 * std::expm1(agreement.elsewhere)));
-  constexpr double some = 0.01, much = 0.3;
+  constexpr double some = 0.01, much = 0.3, most = 0.9;
   if (undecided > some && run.options().text("outliers") == "reject")
     run.terminal().warning(fmt::format("{:.1f} % of the texture is shown by two photographs alone that disagree: what one "
                                        "of them shows there may be a passer-by or a reflection: look at these places, "
                                        "and take another photograph of them",
                                        100 * undecided));
   if (share(0, 1) > much)
-    run.terminal().warning(fmt::format("no photograph shows {:.0f} % of the texture: colours there are guessed from "
-                                       "what is around",
-                                       100 * share(0, 1)));
+    run.terminal().warning(fmt::format(
+        "no photograph shows {:.0f} % of the texture: {}{}", 100 * share(0, 1),
+        run.options().text("unseen") == "keep" ? "colours there are kept"
+                                               : "colours there are guessed from what is around",
+        share(0, 1) > most ? "; are mesh and cameras of the same units and coordinates? The verb cameras and its "
+                             "--picture show them"
+                           : ""));
   run.print(fmt::format("{}; of the texture {:.1f} % is seen by none, {:.1f} % by one, {:.1f} % by two, "
                         "{:.1f} % by more\n",
                         summary_of(given, found), 100 * share(0, 1), 100 * share(1, 2), 100 * share(2, 3),
@@ -306,11 +310,11 @@ Exit texture(Run& run) {
     const Step step(run, "photographs", both);
     PhotographTextureOptions wanted_options = asked_photograph_options(options);
     if (options.has("resume")) wanted_options.resume = options.text("resume");
-    const PhotographTexturing work(scene, *target, photographs, wanted_options, run.terminal(),
-                                   step.progress().step("look", shares.look / both));
     std::vector<int> wanted;
     if (!options.texts("labels").empty())
       wanted = asked_photographs(options, scene, *target, int(photographs.size()));
+    const PhotographTexturing work(scene, *target, photographs, wanted_options, run.terminal(),
+                                   step.progress().step("look", shares.look / both));
     found = work.make(wanted, step.progress().step("take", shares.take / both));
   });
   report_photographs(run, given, *found);

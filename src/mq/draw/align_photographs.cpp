@@ -269,10 +269,10 @@ std::vector<Row> rows_of(const Values& values, const AlignedPhotograph& photogra
 }
 
 /// One Gauss–Newton step of a camera: of the data's terms, + λ Σ |p_k − p⁰_k|² over all places that it shows, p⁰ where
-/// they were at first, so that what shares little is not turned by its blur.
+/// they were at first, so that what shares little is not turned by its blur, nor what is plain by its noise.
 void move(const SizedPhotograph& sized, std::span<const Row> rows, const AlignedPhotograph& photograph,
           const PinholeCamera& before, std::span<const Vector3> places, PinholeCamera& camera) {
-  constexpr double held = 0.01;  // times what data say of a place in the mean
+  constexpr double held = 0.01, plain = 3e-5;  // of what data say of a place; what noise says: squared slope per pixel
   Matrix6 A = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
   double said = 0, weights = 0;
@@ -283,17 +283,17 @@ void move(const SizedPhotograph& sized, std::span<const Row> rows, const Aligned
     said += row.weight * row.gradient.squaredNorm() / 2;
     weights += row.weight;
   }
-  if (!(weights > 0)) return;
+  if (!(said > 0)) return;
+  const double hold = (held + 3 * std::pow(plain * weights / said, 2)) * said / weights;
   for (std::size_t k = 0; k < sized.size(); ++k) {
     const Vector3& place = places[std::size_t(photograph.places[k])];
     const auto from = before.project(place), now = camera.project(place);
     if (!from || !now) continue;
-    const double weight = held * photograph.weights[k] * said / weights;
+    const double weight = photograph.weights[k] * hold;
     A += weight * sized.jacobian(k).transpose() * sized.jacobian(k);
     b -= weight * sized.jacobian(k).transpose() * (*now - *from);
   }
-  constexpr double damping = 1e-4;  // motions that nothing shows stay 0
-  A.diagonal() *= 1 + damping;
+  A.diagonal() *= 1 + 1e-4;  // motions that nothing shows stay 0
   A.diagonal().array() += 1e-12 * A.diagonal().maxCoeff();
   const Vector6 step = A.ldlt().solve(b);
   if (step.allFinite()) camera = moved(camera, step);
