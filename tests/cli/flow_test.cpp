@@ -116,25 +116,6 @@ TEST(Flow, KnowsTheOtherWays) {
   }
 }
 
-TEST(Flow, SaysWhatNothingFits) {
-  const Folder folder;
-  Image<float> first = blobs(96, 72, 0, 0), second = blobs(96, 72, 2, 1);
-  for (int y = 20; y < 50; ++y)
-    for (int x = 30; x < 60; ++x) second(x, y) = float((x / 3 + y / 3) % 2);
-  write_image(folder / "a.png", first, Depth::u16);
-  write_image(folder / "b.png", second, Depth::u16);
-  const Result found = marquetry(folder, {"flow", "a.png", "b.png", "-o", "out", "--json"});
-  ASSERT_EQ(found.status, 0) << found.error;
-  EXPECT_GT(found.json()["result"]["unfit"].get<double>(), 0.02);
-  EXPECT_THAT(found.error, HasSubstr("there the two are mixed as they lie"));
-  const Result plain =
-      marquetry(folder, {"flow", "a.png", "b.png", "-o", "plain", "--search", "none", "--json"});
-  ASSERT_EQ(plain.status, 0) << plain.error;
-  EXPECT_FALSE(plain.json()["result"].contains("unfit"));
-  const Result model = marquetry(folder, {"flow", "--search", "none", "m.obj", "a.png", "b.png", "-o", "out"});
-  EXPECT_THAT(model.error, HasSubstr("--search is for pictures"));
-}
-
 TEST(Flow, FindsHowTexturesMoveOverTheirSeam) {
   const Folder folder;
   write_strip(folder);
