@@ -104,7 +104,7 @@ TEST(Flow, KnowsTheOtherWays) {
                                              {"--scales", "full", "--largest", "6tx"},
                                              {"--preset", "thesis", "--steps", "2"},
                                              {"--robust-data", "0.5", "--robust-smoothness", "0.3"},
-                                             {"--gradients", "2", "--paths", "straight"},
+                                             {"--gradients", "2", "--paths", "straight", "--search", "none"},
                                              {"--space", "linear", "--detail", "10tx"}}) {
     std::vector<std::string> all = {"flow", "a.png", "b.png", "-o", "out", "--json"};
     all.insert(all.end(), words.begin(), words.end());

@@ -139,6 +139,23 @@ TEST(Interpolate, FollowsAFieldThatIsGiven) {
   }
 }
 
+TEST(Interpolate, SearchesForFarMotionsUnlessToldNotTo) {
+  const Folder folder;
+  write_image(folder / "a.png", blobs(60, 50, 0, 0));
+  write_image(folder / "b.png", blobs(60, 50, 3, 0));
+  const auto run = [&](const std::string& search) {
+    return marquetry(folder, {"interpolate", "a.png", "b.png", "-o", search + ".png", "--search", search, "--json"});
+  };
+  const Result far = run("far"), none = run("none");
+  ASSERT_EQ(far.status, 0) << far.error;
+  ASSERT_EQ(none.status, 0) << none.error;
+  EXPECT_FALSE(far.json()["result"]["torn"].get<bool>());
+  EXPECT_LT(far.json()["result"]["unfit"].get<double>(), 0.01);
+  EXPECT_FALSE(none.json()["result"].contains("unfit"));
+  const Result model = marquetry(folder, {"interpolate", "m.obj", "a.png", "b.png", "-o", "c.png", "--search", "none"});
+  EXPECT_THAT(model.error, HasSubstr("--search is for pictures"));
+}
+
 TEST(Interpolate, RefusesOutputsThatDoNotGoWithTheOptions) {
   const Folder folder;
   write_image(folder / "a.png", blobs(20, 20, 0, 0));

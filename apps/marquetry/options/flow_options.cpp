@@ -143,6 +143,13 @@ void add_options_for_pictures(OptionTable& table) {
              .group = "Pictures",
              .help = "whether pixels follow the field or go straight along their vector [default "
                      "integrated]"});
+  table.add({.name = "search",
+             .type = Type::choice,
+             .choices = {"far", "none"},
+             .group = "Pictures",
+             .help = "far: where pixels are left that do not fit, motions up to 0.3 of the sides are searched for, and "
+                     "small things may move beside them [default far; none with --preset thesis, other --scales and "
+                     "--alignment forward]"});
   table.add({.name = "flow",
              .type = Type::path,
              .metavar = "FILE",
@@ -197,7 +204,7 @@ ImageFlowOptions image_flow_options(const OptionValues& options) {
   refuse(options, "layer", "models; of pictures the colour layer is taken");
   if (options.has("flow"))
     for (const char* name : {"preset", "alignment", "largest", "smallest", "robust-smoothness",
-                             "steps", "scales", "gradients", "paths"})
+                             "steps", "scales", "gradients", "paths", "search"})
       require(!asks_for(options, name),
               fmt::format("--{}: says how a field is looked for, and --flow gives one", name));
   const bool thesis = options.text("preset") == "thesis";
@@ -210,6 +217,7 @@ ImageFlowOptions image_flow_options(const OptionValues& options) {
   }
   if (options.has("paths"))
     flow.path = options.text("paths") == "straight" ? FlowPath::straight : FlowPath::integrated;
+  if (options.has("search")) flow.search = options.text("search") == "far" ? FlowSearch::far : FlowSearch::none;
   if (options.has("light"))
     flow.light = options.text("light") == "matched" ? ImageLight::matched : ImageLight::kept;
   take_common(options, flow);
@@ -230,6 +238,7 @@ void require_scales(const OptionValues& options, const ImageFlowOptions& flow, i
 
 ModelFlowOptions model_flow_options(const OptionValues& options) {
   refuse(options, "paths", "pictures; on a model they always follow the field");
+  refuse(options, "search", "pictures; on a model --largest says how far motions are looked for");
   refuse(options, "flow", "pictures; on a model the field is always looked for");
   refuse(options, "light",
          "pictures; on a model --detail leaves light out, and each signal has variance 1");
@@ -278,10 +287,15 @@ Json flow_json(const ImageFlow& flow) {
   for (std::int64_t p = 0; p < flow.field.pixel_count(); ++p)
     sum += std::hypot(flow.field.values()[2 * std::size_t(p)],
                       flow.field.values()[2 * std::size_t(p) + 1]);
-  return {{"error", flow.error},
-          {"levels", levels},
-          {"longest", longest(flow.field)},
-          {"mean", sum / double(flow.field.pixel_count())}};
+  Json result = {{"error", flow.error},
+                 {"levels", levels},
+                 {"longest", longest(flow.field)},
+                 {"mean", sum / double(flow.field.pixel_count())}};
+  if (flow.fit) {
+    result["torn"] = flow.fit->torn;
+    result["unfit"] = flow.fit->unfit;
+  }
+  return result;
 }
 
 Json flow_json(const MeshFlow& flow) {

@@ -18,10 +18,14 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/base/stopwatch.h"
 #include "mq/flow/forward_warp.h"
 #include "mq/flow/detail/coarse_to_fine.h"
+#include "mq/flow/detail/field_fusion.h"
 #include "mq/flow/detail/image_levels.h"
+#include "mq/flow/detail/image_sight.h"
 #include "mq/flow/detail/image_signals.h"
+#include "mq/flow/detail/torn_flow.h"
 
 namespace mq {
 namespace {
@@ -30,6 +34,12 @@ using Alignment = FlowAlignment;
 
 /// Of α*, before a correction is given up.
 constexpr int halvings = 4;
+
+/// Of all pixels, that are unlike along a field before a search is worth its time.
+constexpr double least_unlike = 0.01;
+
+/// Of the misfit, that the field of a search may leave: where light changed, other motions fit a quarter better.
+constexpr double most_of_misfit = 2.0 / 3;
 
 void require_images(const Image<float>& source, const Image<float>& target) {
   require(
@@ -45,11 +55,69 @@ void require_images(const Image<float>& source, const Image<float>& target) {
 }
 
 /// The images, preprocessed.
-SignalPair prepared(const Image<float>& source, const Image<float>& target,
-                    const ImageFlowOptions& options) {
+SignalPair prepared(const Image<float>& source, const Image<float>& target, const Length& detail, ImageLight light) {
   require_images(source, target);
   const SurfaceScale scale{.area = double(source.pixel_count()), .texel_spacing = 1};
-  return flow_signals(source, target, flow_pixels(options.detail, scale), options.light);
+  return flow_signals(source, target, flow_pixels(detail, scale), light);
+}
+
+double mean_of(const Image<float>& values) {
+  return parallel_sum(values.pixel_count(), 0.0,
+                      [&](std::int64_t begin, std::int64_t end) {
+                        double sum = 0;
+                        for (std::int64_t p = begin; p < end; ++p) sum += values.values()[std::size_t(p)];
+                        return sum;
+                      }) /
+         double(values.pixel_count());
+}
+
+double share_above(const Image<float>& values, float least) {
+  const auto count = std::ranges::count_if(values.values(), [&](float value) { return value > least; });
+  return double(count) / double(values.pixel_count());
+}
+
+/// The error of a straight field over the pixels that are seen in both images.
+double error_where_seen(const SignalPair& signals, const Image<float>& X, const FieldClaims& claims,
+                        const ImageFlowOptions& options) {
+  ImageFlowOptions straight = options;
+  straight.path = FlowPath::straight;
+  const ImageScale whole{signals.source, signals.target, 1, {options.robust_data}};
+  MovedImages moved = ImageAligner(whole, straight).move(X);
+  const std::vector<char> seen = seen_in_both(X, claims);
+  const auto count = std::ranges::count(seen, 1);
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    if (!seen[k]) moved.inside[k] = 0, moved.cost[k] = 0;
+  return count > 0 ? error_of(moved, moved) * double(seen.size()) / double(count) : 0;
+}
+
+/// Puts the field of the search in place of the one at hand where the images fit better along it.
+void search_far(ImageFlow& flow, const SignalPair& signals, const ImageFlowOptions& options, const Progress& progress) {
+  const Stopwatch watch;
+  const Image<float> smooth = straightened(flow.field, flow.path);
+  flow.fit = {.misfit = misfit(signals, smooth), .detail = options.detail, .light = options.light};
+  ImageFlow::Fit& fit = *flow.fit;
+  if (!(share_above(fit.misfit, unlike_misfit) > least_unlike)) return;
+  Image<float> X = torn_field(signals, smooth, options, progress);
+  Image<float> costs = misfit(signals, X);
+  const FieldClaims claims = claimed(X, 0.5, costs);
+  const double before = mean_of(misfit(signals, smooth, claimed(smooth, 0.5, fit.misfit)));
+  const double error = error_where_seen(signals, X, claims, options);
+  if (mean_of(misfit(signals, X, claims)) < most_of_misfit * before && error < flow.error.back()) {
+    ImageFlowLevel level;
+    level.width = X.width();
+    level.height = X.height();
+    level.length = flow.levels.back().length;
+    level.before = flow.error.back();
+    level.after = level.error = error;
+    level.seconds = watch.seconds();
+    flow.levels.push_back(level);
+    flow.error.push_back(error);
+    flow.field = std::move(X);
+    flow.path = FlowPath::straight;
+    fit.misfit = std::move(costs);
+    fit.torn = true;
+  }
+  fit.unfit = mean_of(image_sight(signals, flow, 0.5).unfit);
 }
 
 }  // namespace
@@ -66,6 +134,7 @@ ImageFlowOptions ImageFlowOptions::thesis() {
   options.smoothness = {100 * std::sqrt(5e3 * std::pow(56e3, -1.5)), Length::Unit::percent};
   options.detail = {1e-4, Length::Unit::alpha};
   options.step_length = FlowStepLength::scaled;
+  options.search = FlowSearch::none;
   options.steps = 1;
   options.tolerance = 1e-6;
   options.max_cycles = 100;
@@ -74,21 +143,24 @@ ImageFlowOptions ImageFlowOptions::thesis() {
 
 ImageFlow image_flow(const Image<float>& source, const Image<float>& target,
                      const ImageFlowOptions& options, const Progress& progress) {
-  const SignalPair signals = prepared(source, target, options);
+  const SignalPair signals = prepared(source, target, options.detail, options.light);
   progress.step("prepare", 0.05).at(1);
   ImageFlow flow;
   flow.alignment = options.alignment;
   flow.path = options.alignment == Alignment::forward ? FlowPath::straight : options.path;
   ImageLevels levels(signals, options);
+  const bool search = options.search == FlowSearch::far && flow.alignment == Alignment::halfway &&
+                      options.scales == ImageFlowOptions::Scales::hierarchical;
   const SurfaceScale scale{.area = double(source.pixel_count()), .texel_spacing = 1};
   flow.error = coarse_to_fine(levels, image_flow_scales(options, scale), options,
                               {.halvings = halvings,
                                .after_worse = FlowPolicy::AfterWorse::last,
-                               .share = 0.95},
+                               .share = search ? 0.45 : 0.95},
                               progress);
   flow.levels = levels.take_levels();
   for (std::size_t l = 0; l < flow.levels.size(); ++l) flow.levels[l].error = flow.error[l + 1];
   flow.field = levels.take_field();
+  if (search) search_far(flow, signals, options, progress.step("search far", 0.5));
   return flow;
 }
 
@@ -100,7 +172,7 @@ ImageFlow known_flow(const Image<float>& source, const Image<float>& target,
       displacement.width() == source.width() && displacement.height() == source.height(),
       fmt::format("a flow of {} x {} pixels was given for images of {} x {}", displacement.width(),
                   displacement.height(), source.width(), source.height()));
-  const SignalPair signals = prepared(source, target, options);
+  const SignalPair signals = prepared(source, target, options.detail, options.light);
   progress.at(0.3);
   ImageFlow flow;
   flow.alignment = Alignment::forward;
@@ -125,6 +197,7 @@ AlignedImages aligned(const ImageFlow& flow, const Image<float>& source,
 
 Image<float> forward_displacement(const ImageFlow& flow) {
   if (flow.alignment == Alignment::forward) return flow.field;
+  if (flow.fit && flow.fit->torn) return forward_warp(flow.field, -0.5, flow.fit->misfit).field;
   if (flow.path == FlowPath::integrated) return displacement(flow.field, 1);
   // X(q) at q = p + X(q)/2, again and again: it settles where |∇X| < 2.
   Image<float> moved = flow.field;
@@ -156,6 +229,28 @@ static Image<float> disagreement(const Image<float>& displacement, const Image<f
   return costs;
 }
 
+/// Both along the ways, in the parts that `sight` says.
+static Image<float> mixed(const ImageSight& sight, const Image<float>& source, const Image<float>& target, double t) {
+  Image<float> between = displaced(source, sight.ways.back);
+  const Image<float> other = displaced(target, sight.ways.forth);
+  parallel_for(
+      between.height(),
+      [&](std::int64_t row) {
+        const int y = int(row);
+        for (int x = 0; x < between.width(); ++x) {
+          const float part = sight.target(x, y), unfit = sight.unfit(x, y);
+          const std::span<float> value = between.pixel(x, y);
+          const std::span<const float> first = source.pixel(x, y), second = target.pixel(x, y);
+          for (std::size_t c = 0; c < value.size(); ++c) {
+            value[c] += part * (other(x, y, int(c)) - value[c]);
+            if (unfit > 0) value[c] += unfit * (first[c] + float(t) * (second[c] - first[c]) - value[c]);
+          }
+        }
+      },
+      row_block);
+  return between;
+}
+
 Image<float> interpolated(const ImageFlow& flow, const Image<float>& source,
                           const Image<float>& target, double t) {
   require_images(source, target);
@@ -164,6 +259,8 @@ Image<float> interpolated(const ImageFlow& flow, const Image<float>& source,
           "the flow is that of images of another size");
   if (t == 0) return source;
   if (t == 1) return target;
+  if (flow.fit && (flow.fit->torn || flow.fit->unfit > 0))
+    return mixed(image_sight(prepared(source, target, flow.fit->detail, flow.fit->light), flow, t), source, target, t);
   const bool forward = flow.alignment == Alignment::forward;
   const ForwardWarpedField on_the_way =
       forward ? forward_warp(flow.field, t, disagreement(flow.field, source, target))

@@ -2,6 +2,7 @@
 /// Optical flow between two images [horn1981determining]: thesis 4.1 to 4.3, with the mesh's
 /// preprocessing (4.4.2).
 
+#include <optional>
 #include <vector>
 
 #include "mq/base/progress.h"
@@ -11,6 +12,12 @@
 #include "mq/image/image.h"
 
 namespace mq {
+
+/// What is done where the way from large to small scales leaves pixels that do not fit.
+enum class FlowSearch {
+  none,
+  far  ///< motions up to 0.3 of the images' sides are searched for, beside that field, and pixels choose
+};
 
 struct ImageFlowOptions : FlowOptions {
   /// Lengths are in pixels where they are in texels or model units, and percent of the square root
@@ -39,6 +46,9 @@ struct ImageFlowOptions : FlowOptions {
   /// into the images or out of them changes their means too.
   ImageLight light = ImageLight::kept;
 
+  /// Small things beside others that move far, as photographs have: halfway and with scales `hierarchical` only.
+  FlowSearch search = FlowSearch::far;
+
   int max_cycles = 30;  ///< of the linear solver
 
   /// The published normalisation and weights: one correction at each of seven scales, as long as
@@ -49,7 +59,7 @@ struct ImageFlowOptions : FlowOptions {
   static ImageFlowOptions thesis();
 };
 
-/// One scale of the way.
+/// One scale of the way; the last one is that of the search, without corrections of its own, where its field is kept.
 struct ImageFlowLevel : FlowLevel {
   double deviation = 0;          ///< of the Gaussian that smoothed the signals, pixels
   int width = 0, height = 0;     ///< of the grid it was worked on
@@ -68,6 +78,18 @@ struct ImageFlow {
   /// kept at the end of a scale is the field of least error so far: it never rises.
   std::vector<double> error;
   std::vector<ImageFlowLevel> levels;
+
+  /// How the images fit each other along X, where far motions are searched for.
+  struct Fit {
+    /// Whether X is that of the search: it jumps from pixel to pixel, and pictures between show each pixel from where
+    /// it is seen. Its `error` is the mean over the pixels that are seen in both images.
+    bool torn = false;
+    Image<float> misfit;  ///< halfway, one channel: 0 alike, 1 unlike, the mean around each pixel
+    double unfit = 0;     ///< the share of pixels halfway that nothing fits: pictures between show the blend there
+    Length detail{};      ///< how the signals were prepared
+    ImageLight light = ImageLight::kept;
+  };
+  std::optional<Fit> fit;
 };
 
 /// The field that aligns two images, of any number of channels. At each scale corrections Y
@@ -80,6 +102,11 @@ struct ImageFlow {
 /// systems). Pixels whose place lies outside an image have no data term. X grows by α*Y of equation
 /// (4.8), α* ≥ 1 at most 4, or by a half, a quarter, ... of it until the error of the scale's
 /// signals falls, over the pixels whose places lie in the images before and after.
+///
+/// Motions that are far, and small things beside them, are then searched for (`torn_field`) if a hundredth of the
+/// pixels are unlike along X, and that field, which is straight, is kept if the images fit a third better along it and
+/// its error is less (after [kroeger2016dis], [brox2011ldof], [lempitsky2008fusionflow]). It takes about as long as
+/// all before.
 ///
 /// Both images are normalised together, after `detail`, to variance 1 over all channels: c·φ gives
 /// the same field for any c > 0. Swapped images give −X, bit for bit, halfway. Throws
@@ -105,13 +132,15 @@ AlignedImages aligned(const ImageFlow& flow, const Image<float>& source,
 
 /// The displacement u of the source's pixels, φ₀(p) ≈ φ₁(p + u(p)), which is what flow files hold:
 /// halfway Φ_X(p, 1) − p along paths; where these are straight, X at the q with q − X(q)/2 = p, by
-/// fixed-point iteration. Forward it is X.
+/// fixed-point iteration; where X jumps that of the pixel halfway that comes from there and fits best. Forward it is X.
 Image<float> forward_displacement(const ImageFlow& flow);
 
 /// Equation (4.26): (1 − t)·Advect(φ₀, −X, t) + t·Advect(φ₁, X, 1 − t), 0 ≤ t ≤ 1. At t = 0 and 1
 /// the images themselves. Where one of the two places lies outside its image, the other alone
 /// counts. A forward field says where the source's pixels go: it is carried along to time t first
-/// (`image_carry.h`), and where nothing of the source comes to, the target alone counts.
+/// (`forward_warp.h`), and where nothing of the source comes to, the target alone counts. So is one that jumps; where
+/// what moves otherwise hides a pixel's place in one image the other alone counts. With `fit`, what is hidden in both
+/// or unlike in both, and no less so than it lies, is blended without moving.
 Image<float> interpolated(const ImageFlow& flow, const Image<float>& source,
                           const Image<float>& target, double t);
 

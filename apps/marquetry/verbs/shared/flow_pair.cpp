@@ -19,6 +19,9 @@ namespace {
 /// Of the blend's error, that a field is remarked to leave.
 constexpr double much_left = 0.25;
 
+/// Of all pixels, that it is remarked nothing fits.
+constexpr double many_unfit = 0.01;
+
 /// A forecast of less than both is not worth a word.
 constexpr double long_seconds = 60;
 constexpr double many_bytes = 2e9;
@@ -126,6 +129,10 @@ ImageFlow AskedPictures::align(Run& run, const ImageFlowOptions& options,
   ImageFlow flow =
       given_ ? pair_.follow(*given_, options, progress) : pair_.align(options, progress);
   run.result = flow_json(flow);
+  if (flow.fit && flow.fit->unfit > many_unfit)
+    run.terminal().remark(
+        fmt::format("nothing in the one picture fits {:.0f} % of the other: there the two are mixed as they lie",
+                    100 * flow.fit->unfit));
   if (!given_)
     warn_of_little(run, pair_.likeness());
   else if (flow.error.front() > 0 && !(flow.error.back() < flow.error.front()))

@@ -21,6 +21,16 @@ constexpr double pull = 1e-6;
 /// α* of (4.8) is 1 or more in exact arithmetic, and cut off where linear models end.
 constexpr double scale_slack = 1e-3;
 
+/// A jump of the field, pixels, that halves the smoothness of corrections across it.
+constexpr float half_torn = 1;
+
+/// What is left of the smoothness between two pixels.
+float joined(const Image<float>& torn, std::size_t p, std::size_t q) {
+  if (torn.empty()) return 1;
+  const float u = torn.values()[2 * p] - torn.values()[2 * q], v = torn.values()[2 * p + 1] - torn.values()[2 * q + 1];
+  return 1 / (1 + (u * u + v * v) / (half_torn * half_torn));
+}
+
 }  // namespace
 
 MovedCosts compared(const MovedImages& before, const MovedImages& after) {
@@ -161,9 +171,11 @@ ImageAligner::Equations ImageAligner::linearised(const MovedImages& moved,
           const std::size_t k = std::size_t(y) * width + x;
           A.d11[k] += float(equations.pull);
           A.d22[k] += float(equations.pull);
-          if (x + 1 < width) A.east[k] = float(stiffness) * 0.5F * (weights[k] + weights[k + 1]);
-          if (y + 1 < height)
-            A.south[k] = float(stiffness) * 0.5F * (weights[k] + weights[k + std::size_t(width)]);
+          const auto between = [&](std::size_t other) {
+            return float(stiffness) * 0.5F * (weights[k] + weights[other]) * joined(scale_.torn, k, other);
+          };
+          if (x + 1 < width) A.east[k] = between(k + 1);
+          if (y + 1 < height) A.south[k] = between(k + std::size_t(width));
         }
       },
       row_block);

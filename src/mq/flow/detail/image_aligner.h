@@ -50,6 +50,9 @@ struct ImageScale {
   Image<float> source, target;
   double length = 0;  ///< pixels of this grid
   Penalty data;
+
+  /// Where this field jumps from pixel to pixel corrections may, too; empty: nowhere.
+  Image<float> torn{};
 };
 
 /// Both arguments must stay.

@@ -21,6 +21,8 @@ constexpr double faintest = 1e-3;
 /// Of the Gaussian that smooths signals, pixels.
 double deviation(const FlowScale& scale) { return scale.smoothed() ? scale.length : 0; }
 
+}  // namespace
+
 Image<float> stepped(const Image<float>& X, const FlowPlanes& Y, double factor) {
   Image<float> result = X;
   const float f = float(factor);
@@ -30,8 +32,6 @@ Image<float> stepped(const Image<float>& X, const FlowPlanes& Y, double factor) 
   }
   return result;
 }
-
-}  // namespace
 
 double flow_pixels(const Length& length, const SurfaceScale& scale) {
   require(length.value >= 0,
@@ -54,6 +54,36 @@ std::vector<FlowScale> image_flow_scales(const ImageFlowOptions& options,
   return scales;
 }
 
+double grid_spacing(const FlowScale& scale, const ImageFlowOptions& options) {
+  const bool coarse = options.scales == ImageFlowOptions::Scales::hierarchical;
+  return coarse ? std::max(1.0, deviation(scale) / pixels_per_length) : 1;
+}
+
+ImageScale image_scale(const SignalPair& signals, const FlowScale& which, const ImageFlowOptions& options) {
+  const auto& [source, target] = signals;
+  const SurfaceScale scale{.area = double(source.pixel_count()), .texel_spacing = 1};
+  const double spacing = grid_spacing(which, options);
+  const auto side = [&](int size) { return std::clamp(int(std::ceil(size / spacing)), 1, size); };
+  const int width = side(source.width()), height = side(source.height());
+  const double smoothness = flow_pixels(options.smoothness, scale);
+  ImageScale at{at_scale(source, deviation(which), width, height),
+                at_scale(target, deviation(which), width, height),
+                (smoothness > 0 ? smoothness : which.length) *
+                    std::sqrt(double(width) * height / double(source.pixel_count())),
+                {}};
+  const double square = 0.5 * (mean_square(at.source) + mean_square(at.target));
+  at.data.width = options.robust_data * std::sqrt(square);
+  if (options.gradient_weight > 0) {
+    const Image<float> a = with_slopes(at.source, 1), b = with_slopes(at.target, 1);
+    const double all = 0.5 * (mean_square(a) + mean_square(b));
+    const double slopes = (3 * all - square) / 2;  // of three channels two are slopes
+    const double factor = slopes > 0 ? std::sqrt(options.gradient_weight * square / slopes) : 0;
+    at.source = with_slopes(at.source, factor);
+    at.target = with_slopes(at.target, factor);
+  }
+  return at;
+}
+
 ImageLevels::ImageLevels(const SignalPair& signals, const ImageFlowOptions& options)
     : signals_(signals),
       options_(options),
@@ -68,41 +98,10 @@ std::string ImageLevels::name(const FlowScale& scale) const {
   return fmt::format("scale of {:.3g} pixels", scale.length);
 }
 
-/// How far apart the pixels are that a scale is worked on.
-double ImageLevels::grid_spacing(const FlowScale& scale) const {
-  const bool coarse = options_.scales == ImageFlowOptions::Scales::hierarchical;
-  return coarse ? std::max(1.0, deviation(scale) / pixels_per_length) : 1;
-}
-
-double ImageLevels::work(const FlowScale& scale) const { return std::pow(grid_spacing(scale), -2); }
-
-/// The signals at one scale, with their derivatives where these count.
-ImageScale ImageLevels::at_length(const FlowScale& which) const {
-  const auto& [source, target] = signals_;
-  const double spacing = grid_spacing(which);
-  const auto side = [&](int size) { return std::clamp(int(std::ceil(size / spacing)), 1, size); };
-  const int width = side(source.width()), height = side(source.height());
-  const double smoothness = flow_pixels(options_.smoothness, scale_);
-  ImageScale at{at_scale(source, deviation(which), width, height),
-                at_scale(target, deviation(which), width, height),
-                (smoothness > 0 ? smoothness : which.length) *
-                    std::sqrt(double(width) * height / double(source.pixel_count())),
-                {}};
-  const double square = 0.5 * (mean_square(at.source) + mean_square(at.target));
-  at.data.width = options_.robust_data * std::sqrt(square);
-  if (options_.gradient_weight > 0) {
-    const Image<float> a = with_slopes(at.source, 1), b = with_slopes(at.target, 1);
-    const double all = 0.5 * (mean_square(a) + mean_square(b));
-    const double slopes = (3 * all - square) / 2;  // of three channels two are slopes
-    const double factor = slopes > 0 ? std::sqrt(options_.gradient_weight * square / slopes) : 0;
-    at.source = with_slopes(at.source, factor);
-    at.target = with_slopes(at.target, factor);
-  }
-  return at;
-}
+double ImageLevels::work(const FlowScale& scale) const { return std::pow(grid_spacing(scale, options_), -2); }
 
 FlowLevel& ImageLevels::enter(const FlowScale& scale) {
-  at_ = at_length(scale);
+  at_ = image_scale(signals_, scale, options_);
   aligner_.emplace(at_, options_);
   ImageFlowLevel& level = levels_.emplace_back();
   level.deviation = deviation(scale);

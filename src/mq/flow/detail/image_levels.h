@@ -17,6 +17,15 @@ double flow_pixels(const Length& length, const SurfaceScale& scale);
 std::vector<FlowScale> image_flow_scales(const ImageFlowOptions& options,
                                          const SurfaceScale& scale);
 
+/// How far apart the pixels are that a scale is worked on.
+double grid_spacing(const FlowScale& scale, const ImageFlowOptions& options);
+
+/// The signals at one scale, with their derivatives where these count.
+ImageScale image_scale(const SignalPair& signals, const FlowScale& scale, const ImageFlowOptions& options);
+
+/// X + factor·Y.
+Image<float> stepped(const Image<float>& X, const FlowPlanes& Y, double factor);
+
 /// The images as `coarse_to_fine` sees them. See `ImageFlow::error` for what errors are. Signals
 /// (`flow_signals`) and options must stay.
 class ImageLevels final : public FlowDomain {
@@ -45,9 +54,6 @@ class ImageLevels final : public FlowDomain {
   std::vector<ImageFlowLevel> take_levels() { return std::move(levels_); }
 
  private:
-  double grid_spacing(const FlowScale& scale) const;
-  ImageScale at_length(const FlowScale& which) const;
-
   const SignalPair& signals_;
   const ImageFlowOptions& options_;
   const SurfaceScale scale_;
