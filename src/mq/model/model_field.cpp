@@ -51,7 +51,7 @@ ModelField gradient_of_colours(const TexturedModel& model, const ModelSignal& si
   const TexelVectorSpace vectors(model.surface, *signal.texel_atlas(), *signal.texel_space());
   const TexelSpace& space = *signal.texel_space();
   const double texel = signal.scale().texel_spacing;
-  const Signal psi = signal.texel_brightness();
+  const Signal psi = signal.brightness();
   Vector z = vectors.gradient(
       smooth(space, psi, usual_gradient_smoothing, space.solver({.tolerance = 1e-6}), progress).signal);
   const double least = 0.25 / 255 * psi.cwiseAbs().maxCoeff() / texel;

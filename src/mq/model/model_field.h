@@ -32,7 +32,8 @@ struct FieldRequest {
 
 struct ModelField {
   TangentField field;                  ///< a vector in space per triangle, tangent to it
-  /// Of maps, and of strokes and gradients on textures, the same, finer: two components per texel, see `TexelVectorSpace`; else empty.
+  /// Of maps, and of strokes and gradients on textures, the same, finer: two components per texel, see
+  /// `TexelVectorSpace`; else empty.
   Vector texels = {};
   std::optional<int> harmonic_fields;  ///< how many there are, where one was asked for
 };

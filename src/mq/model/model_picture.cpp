@@ -44,11 +44,10 @@ Paints ModelRenderer::paints(std::span<const Texture> textures) const {
 
 std::vector<Version> ModelRenderer::versions_of(std::span<const Texture> after) const {
   std::vector<Version> versions = {{"before", paints(model_.model.textures)}};
-  const std::vector<std::string> labels = labels_of(after, model_.model.textures.size());
-  for (std::size_t k = 0; k < labels.size(); ++k) {
-    const std::size_t count = model_.model.textures.size();
+  const std::size_t count = model_.model.textures.size();
+  const std::vector<std::string> labels = labels_of(after, count);
+  for (std::size_t k = 0; k < labels.size(); ++k)
     versions.push_back({labels[k], paints(after.subspan(k * count, count))});
-  }
   return versions;
 }
 

@@ -59,12 +59,9 @@ class ModelSignal {
   virtual std::unique_ptr<SignalSpace> space_across(std::span<const Vector3> field, double kappa,
                                                     const Progress& progress = {}) const = 0;
 
-  /// Mean of the colour channels, as stored, at the vertices of the surface. Throws `InvalidInput`
-  /// where the model lacks what it would be taken of.
+  /// Of the colour channels together, as stored, per unknown. Throws `InvalidInput` where the model lacks what it
+  /// would be taken of.
   virtual Vector brightness() const = 0;
-
-  /// The same per texel of `texel_space`; nothing at vertices.
-  virtual Vector texel_brightness() const { return {}; }
 };
 
 /// What a signal of textures is made for.
@@ -115,7 +112,6 @@ class TextureSignal final : public ModelSignal {
   std::unique_ptr<SignalSpace> space_across(std::span<const Vector3> field, double kappa,
                                             const Progress& progress = {}) const override;
   Vector brightness() const override;
-  Vector texel_brightness() const override;
 
   /// The values of other pictures, one for each texture of the model and of its size, in the same
   /// space and channels. Throws `InvalidInput` naming the one that does not fit.

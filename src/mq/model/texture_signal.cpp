@@ -233,7 +233,7 @@ Signal TextureSignal::gather(std::span<const Image<float>> pictures) const {
   return values;
 }
 
-Vector TextureSignal::texel_brightness() const {
+Vector TextureSignal::brightness() const {
   std::vector<Image<float>> pictures;
   for (const Texture& texture : model_.model.textures)
     pictures.push_back(brightness_of(texture.pixels));
@@ -244,22 +244,6 @@ Vector TextureSignal::texel_brightness() const {
   for (int k = 0; k < space_->size(); ++k) {
     const Texels::Place at = home(k);
     values[k] = pictures[std::size_t(at.texture)](at.x, at.y);
-  }
-  return values;
-}
-
-Vector TextureSignal::brightness() const {
-  const Vector texels = texel_brightness();
-  const Mesh& mesh = model_.surface.mesh;
-  Vector values = Vector::Zero(mesh.vertex_count());
-  for (int t = 0; t < mesh.triangle_count(); ++t) {
-    if (atlas().chart[t] < 0) continue;
-    for (int k = 0; k < 3; ++k) {
-      double sum = 0;
-      for (const BasisWeight& w : space_->basis_at(t, Vector3::Unit(k)))
-        sum += w.weight * texels[w.unknown];
-      values[mesh.triangles[t][k]] = sum;
-    }
   }
   return values;
 }

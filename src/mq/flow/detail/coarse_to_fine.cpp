@@ -21,18 +21,10 @@ bool follow(FlowDomain& domain, double scale, FlowLevel& level, const FlowOption
     ++level.steps;
     return true;
   }
-  double factor = std::min(scale, largest_scale);
-  for (int half = 0; half <= policy.halvings; ++half, factor /= 2) {
-    progress.check();
-    const FlowErrorChange change = domain.attempt(factor);
-    if (change.after < change.before) {
-      domain.take();
-      ++level.steps;
-      return change.after < (1 - options.least_gain) * change.before;
-    }
-    domain.leave();
-  }
-  return false;
+  const std::optional<FlowErrorChange> change = take_what_gains(domain, scale, policy.halvings, progress);
+  if (!change) return false;
+  ++level.steps;
+  return change->after < (1 - options.least_gain) * change->before;
 }
 
 /// IterativeFlowCorrection.
@@ -62,6 +54,21 @@ void settle(FlowDomain& domain, double& best, std::vector<double>& errors) {
 }
 
 }  // namespace
+
+std::optional<FlowErrorChange> take_what_gains(FlowCorrection& correction, double scale, int halvings,
+                                               const Progress& progress) {
+  double factor = std::min(scale, largest_scale);
+  for (int half = 0; half <= halvings; ++half, factor /= 2) {
+    progress.check();
+    const FlowErrorChange change = correction.attempt(factor);
+    if (change.after < change.before) {
+      correction.take();
+      return change;
+    }
+    correction.leave();
+  }
+  return {};
+}
 
 std::vector<FlowScale> halved_scales(double largest, double above, int most) {
   std::vector<FlowScale> scales;

@@ -27,12 +27,26 @@ struct FlowErrorChange {
   double before = 0, after = 0;
 };
 
+/// A field X and a correction Y of it at hand.
+class FlowCorrection {
+ public:
+  virtual ~FlowCorrection() = default;
+
+  /// Tries X + factor·Y, which is then taken or left.
+  virtual FlowErrorChange attempt(double factor) = 0;
+  virtual void take() = 0;
+  virtual void leave() = 0;
+};
+
+/// Takes X + factor·Y, factor = `scale`, 4 at most, or a half, a quarter, ... of it, `halvings` times, until the error
+/// falls. Returns by how much; nothing where it never does.
+std::optional<FlowErrorChange> take_what_gains(FlowCorrection& correction, double scale, int halvings,
+                                               const Progress& progress);
+
 /// What a domain knows: its signals, the field X at hand on the domain of the level, the best X so
 /// far, and how X is corrected.
-class FlowDomain {
+class FlowDomain : public FlowCorrection {
  public:
-  virtual ~FlowDomain() = default;
-
   virtual std::string name(const FlowScale& scale) const = 0;
   virtual double work(const FlowScale& scale) const = 0;  ///< that it takes, in any unit
 
@@ -54,11 +68,6 @@ class FlowDomain {
   /// Finds a correction Y; returns its α* of (4.8), 0 where there is nothing to correct. `share` is
   /// its part of `progress`.
   virtual double correct(const Progress& progress, double share) = 0;
-
-  /// Tries X + factor·Y, which is then taken or left.
-  virtual FlowErrorChange attempt(double factor) = 0;
-  virtual void take() = 0;
-  virtual void leave() = 0;
 
   /// Ends the level: the error of X between the signals unsmoothed.
   virtual double measure() = 0;

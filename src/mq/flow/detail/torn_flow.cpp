@@ -7,9 +7,11 @@
 #include "mq/flow/detail/torn_flow.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "mq/flow/detail/coarse_to_fine.h"
 #include "mq/flow/detail/field_fusion.h"
 #include "mq/flow/detail/image_levels.h"
 #include "mq/flow/detail/motion_search.h"
@@ -29,62 +31,72 @@ constexpr int first_rounds = 4;
 /// How far borders between motions may move at a scale, pixels of it.
 constexpr int border_step = 2;
 
-/// Of α*, before a correction is given up, and what it is cut off at.
+/// Of α*, before a correction is given up.
 constexpr int most_halvings = 2;
-constexpr double longest_scale = 4;
 
 FieldClaims claims_along(const Image<float>& X, const ImageScale& at) {
   return claimed(X, 0.5, misfit({at.source, at.target}, X));
 }
 
-/// Two signals moved along X, of which pixels that are hidden in one or unlike each other have no voice.
-class VoicedAligner {
+/// Two signals and a field between them that is corrected; pixels that are hidden in one of them or unlike each other
+/// have no voice.
+class VoicedField final : public FlowCorrection {
  public:
-  VoicedAligner(const ImageScale& at, const ImageFlowOptions& options, const Image<float>& X) : aligner_(at, options) {
-    const FieldClaims claims = claims_along(X, at);
-    const Image<float> costs = misfit({at.source, at.target}, X, claims);
+  VoicedField(const ImageScale& at, const ImageFlowOptions& options, Image<float> field)
+      : aligner_(at, options), X_(std::move(field)) {
+    const FieldClaims claims = claims_along(X_, at);
+    const Image<float> costs = misfit({at.source, at.target}, X_, claims);
     for (const float cost : costs.values()) voiced_.push_back(cost < most_misfit);
+    moved_ = move(X_);
   }
 
+  /// As `FlowDomain::correct`.
+  double correct(const Progress& progress) {
+    correction_ = aligner_.correct(moved_, progress);
+    return correction_.scale;
+  }
+
+  FlowErrorChange attempt(double factor) override {
+    next_X_ = stepped(X_, correction_.Y, factor);
+    next_ = move(next_X_);
+    const MovedCosts costs = compared(moved_, next_);
+    return {costs.before, costs.after};
+  }
+
+  void take() override {
+    X_ = std::move(next_X_);
+    moved_ = std::move(next_);
+  }
+
+  void leave() override {}
+
+  Image<float> take_field() { return std::move(X_); }
+
+ private:
   MovedImages move(const Image<float>& X) const {
     MovedImages moved = aligner_.move(X);
     for (std::size_t k = 0; k < voiced_.size(); ++k) moved.inside[k] = moved.inside[k] && voiced_[k];
     return moved;
   }
 
-  ImageAligner::Correction correct(const MovedImages& moved, const Progress& progress) const {
-    return aligner_.correct(moved, progress);
-  }
-
- private:
   ImageAligner aligner_;
   std::vector<char> voiced_;
+  Image<float> X_, next_X_;
+  MovedImages moved_, next_;
+  ImageAligner::Correction correction_;
 };
 
 /// X with corrections at one scale, each as far as the error falls.
 Image<float> corrected(Image<float> X, ImageScale& at, const ImageFlowOptions& options, const Progress& progress) {
   at.torn = X;
-  const VoicedAligner aligner(at, options, X);
-  MovedImages moved = aligner.move(X);
+  VoicedField field(at, options, std::move(X));
   for (int step = 0; step < options.steps; ++step) {
-    progress.check();
-    const ImageAligner::Correction correction = aligner.correct(moved, progress);
-    if (!(correction.scale > 0)) return X;
-    bool gains = false, taken = false;
-    double factor = std::min(correction.scale, longest_scale);
-    for (int half = 0; half <= most_halvings && !taken; ++half, factor /= 2) {
-      Image<float> next = stepped(X, correction.Y, factor);
-      MovedImages there = aligner.move(next);
-      const MovedCosts costs = compared(moved, there);
-      if (!(costs.after < costs.before)) continue;
-      gains = costs.after < (1 - options.least_gain) * costs.before;
-      taken = true;
-      X = std::move(next);
-      moved = std::move(there);
-    }
-    if (!gains) return X;
+    const double scale = field.correct(progress);
+    if (!(scale > 0)) break;
+    const std::optional<FlowErrorChange> change = take_what_gains(field, scale, most_halvings, progress);
+    if (!change || !(change->after < (1 - options.least_gain) * change->before)) break;
   }
-  return X;
+  return field.take_field();
 }
 
 /// The field by so many pixels aside.
