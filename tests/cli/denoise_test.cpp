@@ -123,6 +123,25 @@ TEST(Denoise, MeasuresTheNoiseOfAPictureAndTakesItOff) {
   EXPECT_LT(roughness(clean, 8, 88), 0.3 * roughness(noisy_ramp(), 8, 88));
 }
 
+/// The more is taken for noise the smoother is what is left, by patches and by edges.
+TEST(Denoise, IsAsStrongAsItIsAskedToBe) {
+  const Folder folder;
+  write_image(folder / "noisy.png", noisy_ramp());
+  for (const char* method : {"patches", "edges"}) {
+    std::vector<double> left;
+    for (const char* strength : {"30%", "100", "200%"}) {
+      const Result result = marquetry(folder, {"denoise", "noisy.png", "-o", "clean.png", "--method", method,
+                                               "--strength", strength, "--json", "--overwrite"});
+      ASSERT_EQ(result.status, 0) << result.error;
+      left.push_back(roughness(read_texture(folder / "clean.png").pixels, 8, 88));
+    }
+    EXPECT_GT(left[0], 1.3 * left[1]) << method;
+    EXPECT_GT(left[1], left[2]) << method;
+  }
+  const Result both = marquetry(folder, {"denoise", "noisy.png", "-o", "o.png", "--edge", "1", "--strength", "50"});
+  EXPECT_EQ(both.status, 2);
+}
+
 TEST(Denoise, GoesByEdgesWhereTheyAreAskedFor) {
   const Folder folder;
   write_image(folder / "noisy.png", noisy_ramp());
@@ -133,6 +152,7 @@ TEST(Denoise, GoesByEdgesWhereTheyAreAskedFor) {
     const Result result = marquetry(folder, all);
     ASSERT_EQ(result.status, 0) << result.error;
     EXPECT_EQ(Json::parse(result.output)["result"]["method"], "edges");
+    EXPECT_EQ(result.error.find("smoothing up to edges, as " + words[0]) != std::string::npos, words[0] != "--method");
   }
   const Result both =
       marquetry(folder, {"denoise", "noisy.png", "-o", "o.png", "--method", "patches", "--steps", "2"});

@@ -42,7 +42,7 @@ TEST(Inspect, AssumesATextureWhereThereIsNone) {
   write_bytes(folder / "a.obj", folded_obj);
   const Result result = marquetry(folder, {"inspect", "a.obj"});
   EXPECT_EQ(result.status, 0) << result.error;
-  EXPECT_THAT(result.error, HasSubstr("1024 × 1024"));
+  EXPECT_THAT(result.error, HasSubstr("2048 × 2048"));
 }
 
 TEST(Inspect, WritesTheReportItPrints) {

@@ -147,10 +147,10 @@ TEST(Mask, MarksWhatTheChartsUse) {
 
   EXPECT_THAT(run_seams(folder, "mask", "m.jpg").error, HasSubstr("choose .png"));
   EXPECT_THAT(run_seams(folder, "mask", "m.obj").error, HasSubstr("wanted a picture or a folder"));
-  // Without a picture texels are counted as if it had 1024 × 1024.
+  // Without a picture texels are counted as if it had 2048 × 2048.
   write_bytes(folder / "strip.mtl", "newmtl strip\n");
   ASSERT_EQ(run_seams(folder, "mask", "none.png").status, 0);
-  EXPECT_EQ(read_texture(folder / "none.png").pixels.width(), 1024);
+  EXPECT_EQ(read_texture(folder / "none.png").pixels.width(), 2048);
 }
 
 TEST(Seams, FillAndMaskNeedTextureCoordinates) {

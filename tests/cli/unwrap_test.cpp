@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "cli/models.h"
 #include "cli/refusal.h"
 #include "evolving/evolving_models.h"
@@ -37,6 +39,18 @@ TEST(Unwrap, LeavesTheShapeAloneAndAddsCoordinatesToCorners) {
   EXPECT_EQ(after.mesh.triangles, before.mesh.triangles);
   EXPECT_EQ(after.colors.values, before.colors.values);
   ASSERT_TRUE(after.mesh.has_uvs());
+  EXPECT_EQ(marquetry(folder, {"check", "flat.obj"}).status, 0);
+}
+
+/// Pictures lie by the texture coordinates that were there.
+TEST(Unwrap, SaysWhatItWritesAndThatPicturesStayBehind) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "cube", "-o", "./", "--size", "64"}).status, 0);
+  const Result made = marquetry(folder, {"unwrap", "cube.obj", "-o", "flat.obj", "--trials", "5", "--json"});
+  ASSERT_EQ(made.status, 0) << made.error;
+  EXPECT_THAT(made.error, HasSubstr("without cube.png, which lies by the old texture coordinates: --bake brings it over"));
+  EXPECT_EQ(made.json()["result"]["outputs"], nlohmann::json::parse(R"(["flat.obj", "flat.mtl"])"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "flat.mtl"));
   EXPECT_EQ(marquetry(folder, {"check", "flat.obj"}).status, 0);
 }
 

@@ -97,6 +97,7 @@ TEST(Denoise, MeasuresTheNoise) {
     edges.push_back(found.edge);
     const Signal twice = 2 * step->noisy;
     EXPECT_NEAR(denoise(step->space, twice, {}, {.weight = 16 * h * h}).edge / found.edge, 2, 1e-6);
+    EXPECT_NEAR(denoise(step->space, step->noisy, {}, {.weight = 16 * h * h, .strength = 3}).edge / found.edge, 3, 1e-12);
   }
   EXPECT_NEAR(edges[0] / edges[1], 1, 0.1);
 }

@@ -80,6 +80,21 @@ TEST(DenoiseByPatches, TakesMostOfTheNoiseOff) {
   EXPECT_LT(noisy.error(found.signal), 0.25 * deviation);
 }
 
+/// What is left of noise σ where s σ is taken for it: of a shrinking by 1 − s² the rest, s² of it gone.
+TEST(DenoiseByPatches, TakesOffAsMuchAsItIsAskedTo) {
+  const Noisy noisy(whole, 128);
+  const auto left = [&](double strength) {
+    return noisy.error(
+        denoise_by_patches(noisy.model->surface, noisy.model->atlas, noisy.space, noisy.psi, {.strength = strength})
+            .signal);
+  };
+  EXPECT_GT(left(0.5), 0.5 * deviation);
+  EXPECT_LT(left(0.5), 0.9 * deviation);
+  EXPECT_TRUE(denoise_by_patches(noisy.model->surface, noisy.model->atlas, noisy.space, noisy.psi, {.strength = 1}).signal ==
+              noisy.denoised().signal);
+  EXPECT_THROW(left(0), InvalidInput);
+}
+
 TEST(DenoiseByPatches, MeasuresNoiseWhateverItsStrength) {
   for (const double noise : {0.01, 0.1, 3.0}) {
     const Noisy noisy(whole, 192, noise);

@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "io/image_files.h"
@@ -129,23 +132,29 @@ TEST_F(PictureFormats, TurnsWebpAndKeepsItsExif) {
   EXPECT_EQ(read_upright(folder / "n.webp").pixels, changed.pixels);
 }
 
+/// An ICC profile of that name, whose only tag says that it is as long as `said`.
+std::string profile(const std::string& name, std::optional<std::uint32_t> said = {}) {
+  std::string icc(128, '\0');
+  icc.replace(12, 12, "mntrRGB XYZ ");
+  icc.replace(8, 4, std::string("\x02\x10\0\0", 4));
+  icc.replace(36, 4, "acsp");
+  icc.replace(68, 12, std::string("\0\0\xf6\xd6\0\1\0\0\0\0\xd3\x2d", 12));  // D50
+  std::string desc =
+      "desc" + std::string(4, '\0') + test::big_endian(std::uint32_t(name.size() + 1)) + name + std::string(80, '\0');
+  desc.resize((desc.size() + 3) / 4 * 4);
+  icc += test::big_endian(1) + "desc" + test::big_endian(144) +
+         test::big_endian(said.value_or(std::uint32_t(desc.size()))) + desc;
+  return test::big_endian(std::uint32_t(icc.size())) + icc.substr(4);
+}
+
+std::string jpeg_with_profile(const std::string& icc) {
+  const std::string jpeg = test::grey_jpeg(3), mark("ICC_PROFILE\0\1\1", 14);
+  return jpeg.substr(0, 2) + test::jpeg_segment(0xe2, mark + icc) + jpeg.substr(2);
+}
+
 TEST_F(PictureFormats, NamesAProfileThatIsNotSrgb) {
-  const auto profile = [](const std::string& name) {
-    std::string icc(128, '\0');
-    icc.replace(12, 12, "mntrRGB XYZ ");
-    icc.replace(8, 4, std::string("\x02\x10\0\0", 4));
-    icc.replace(36, 4, "acsp");
-    icc.replace(68, 12, std::string("\0\0\xf6\xd6\0\1\0\0\0\0\xd3\x2d", 12));  // D50
-    std::string desc = "desc" + std::string(4, '\0') + test::big_endian(std::uint32_t(name.size() + 1)) +
-                             name + std::string(80, '\0');
-    desc.resize((desc.size() + 3) / 4 * 4);
-    icc += test::big_endian(1) + "desc" + test::big_endian(144) + test::big_endian(std::uint32_t(desc.size())) + desc;
-    return test::big_endian(std::uint32_t(icc.size())) + icc.substr(4);
-  };
-  const std::string jpeg = test::grey_jpeg(3);
   const auto read = [&](const std::string& name) {
-    const std::string mark("ICC_PROFILE\0\1\1", 14);
-    return read_texture(put("p.jpg", jpeg.substr(0, 2) + test::jpeg_segment(0xe2, mark + profile(name)) + jpeg.substr(2)));
+    return read_texture(put("p.jpg", jpeg_with_profile(profile(name))));
   };
   EXPECT_THAT(read("sRGB IEC61966-2.1").notes, IsEmpty());
   const Texture adobe = read("Adobe RGB (1998)");
@@ -154,6 +163,53 @@ TEST_F(PictureFormats, NamesAProfileThatIsNotSrgb) {
     write_texture(folder / name, adobe);
     EXPECT_THAT(read_texture(folder / name).notes, ElementsAre(HasSubstr("Adobe RGB"))) << name;
   }
+}
+
+/// OpenImageIO would read a tag of fewer than 12 bytes as one of four gigabytes.
+TEST_F(PictureFormats, LeavesOutAProfileThatIsDamaged) {
+  const Texture adobe = read_texture(put("p.jpg", jpeg_with_profile(profile("Adobe RGB (1998)"))));
+  const auto expect_without = [&](const std::string& name, const std::string& bytes) {
+    const Texture read = read_texture(put(name, bytes));
+    EXPECT_THAT(read.notes, ElementsAre(HasSubstr("its colour profile is damaged and was left out"))) << name;
+    EXPECT_TRUE(read.pixels == adobe.pixels) << name;
+    const std::string again = name.ends_with("png") ? "again.tif" : "again.png";
+    write_texture(folder / again, read);
+    EXPECT_THAT(read_texture(folder / again).notes, IsEmpty()) << name;
+  };
+  for (const std::uint32_t size : {0U, 8U, 11U, 100'000U, 0xffff'ffffU})
+    expect_without("d.jpg", jpeg_with_profile(profile("Adobe", size)));
+  const std::string sound = profile("Adobe"), damaged = profile("Adobe", 8);
+  const std::string first("ICC_PROFILE\0\1\2", 14), jpeg = test::grey_jpeg(3);
+  expect_without("half.jpg", jpeg.substr(0, 2) + test::jpeg_segment(0xe2, first + sound) + jpeg.substr(2));
+  write_texture(folder / "p.png", adobe);
+  const std::string png = get(folder / "p.png");
+  const std::size_t chunk = png.find("iCCP") - 4;
+  const auto length = std::size_t(std::uint8_t(png[chunk + 2])) << 8 | std::uint8_t(png[chunk + 3]);
+  expect_without("d.png", png.substr(0, chunk) + test::png_chunk("iCCP", std::string("x\0\0", 3) + test::zlib_stored(damaged)) +
+                              png.substr(chunk + 12 + length));
+  write_texture(folder / "p.tif", adobe);
+  std::string tiff = get(folder / "p.tif");
+  const std::size_t tag_size = tiff.rfind("acsp") - 36 + 140;
+  tiff.replace(tag_size, 4, test::big_endian(8));
+  expect_without("d.tif", tiff);
+}
+
+/// OpenEXR makes room for what an attribute promises before it reads it.
+TEST_F(PictureFormats, RefusesAnExrWhoseHeadPromisesMoreThanThereIs) {
+  write_image(folder / "a.exr", levels(9, 5, 3, 255), Depth::half);
+  const std::string exr = get(folder / "a.exr");
+  const auto error_with = [&](const std::string& attribute) {
+    return error_of([&] { picture_info(put("b.exr", exr.substr(0, 8) + attribute + exr.substr(8))); });
+  };
+  const auto attribute = [](const std::string& type, int size, const std::string& value) {
+    return "note" + std::string(1, '\0') + type + '\0' + test::little_endian(size) + value;
+  };
+  EXPECT_EQ(error_with(attribute("string", 3, "abc")), "");
+  for (const int size : {2'000'000'000, -1})
+    EXPECT_THAT(error_with(attribute("string", size, "abc")), HasSubstr("the head of the EXR file is cut short"));
+  const std::string sides = test::little_endian(20'000) + test::little_endian(20'000);
+  EXPECT_THAT(error_with(attribute("preview", 8, sides)), HasSubstr("'note' of its head does not fit into the 8 bytes"));
+  EXPECT_THAT(error_with(attribute("stringvector", 4, test::little_endian(2'000'000'000))), HasSubstr("does not fit"));
 }
 
 TEST_F(PictureFormats, LetsNoLibraryPrint) {

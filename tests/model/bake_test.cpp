@@ -160,6 +160,19 @@ TEST(Bake, FillsWhatLiesOnNothingAndCountsIt) {
   EXPECT_LE(baked.values.maxCoeff(), 0.85);
 }
 
+/// A two-hundredth of the target's two triangles, in its corner.
+TEST(Bake, FindsASourceThatIsASmallPartOfTheTarget) {
+  const TexturedModel source = loaded(square(4), {painting(64)});
+  Mesh larger = square(1);
+  for (Vector3& p : larger.positions) p.head<2>() *= 14;
+  const TexturedModel target = loaded(larger, {painting(64)});
+  Messages messages;
+  const TextureSignal signal(target, baking_options(target), messages);
+  const BakedSignal baked = bake(source, target, signal, {.within = 1e-3}, messages);
+  EXPECT_GT(double(baked.unseen), 0.98 * 64 * 64);
+  EXPECT_LT(baked.unseen, 64 * 64);
+}
+
 TEST(Bake, RefusesWhatFacesNothingOrHasNoColours) {
   const TexturedModel source = loaded(square(4), {painting(16)});
   Mesh away = square(3);

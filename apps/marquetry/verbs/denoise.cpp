@@ -51,10 +51,17 @@ constexpr std::array<const char*, 9> of_edges = {"edge",  "guide",  "guide-edge"
                                                  "steps", "solver", "tolerance",  "cycles"};
 
 /// Whether patches are asked for, or what there is no other way for is not.
-bool by_patches(const OptionValues& options, bool at_vertices) {
+bool by_patches(Run& run, bool at_vertices) {
+  const OptionValues& options = run.options();
   const auto asked = std::ranges::find_if(of_edges, [&](const char* name) { return asks_for(options, name); });
   const std::string method = options.text("method");
-  if (method == "automatic") return !at_vertices && asked == of_edges.end();
+  if (method == "automatic" && (at_vertices || asked != of_edges.end())) {
+    run.terminal().remark(at_vertices ? std::string("smoothing up to edges, as colours at vertices have no patches")
+                                      : fmt::format("smoothing up to edges, as --{} is given; without it by "
+                                                    "patches, which keeps more detail", *asked));
+    return false;
+  }
+  if (method == "automatic") return true;
   if (method == "edges") return false;
   require(!at_vertices, "--method patches is for textures: colours at vertices have no patches; leave it out");
   if (asked != of_edges.end())
@@ -62,11 +69,17 @@ bool by_patches(const OptionValues& options, bool at_vertices) {
   return true;
 }
 
+/// Of what is measured, how much is taken for noise; --edge says it by itself.
+double asked_strength(const OptionValues& options) {
+  return options.has("strength") ? options.number("strength") / 100 : 1;
+}
+
 /// Patches.
 Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& target, const Signal& before) {
   const Step step(run, "solve", 0.79);
   PatchDenoised found =
-      denoise_by_patches(scene.surface, *target.texel_atlas(), *target.texel_space(), before, step);
+      denoise_by_patches(scene.surface, *target.texel_atlas(), *target.texel_space(), before,
+                         {.strength = asked_strength(run.options())}, step);
   run.result["noise"] = found.noise;
   const double most = std::ranges::max(found.noise);
   if (most > 0)
@@ -82,6 +95,7 @@ Signal smooth_up_to_edges(Run& run, const TexturedModel& scene, const ModelSigna
   const bool spread_given = options.given("alpha") || options.given("length");
   DenoiseOptions wanted{.weight = spread_given ? spread_weight(options, target.space().scale())
                                                : usual_denoise_weight(target.space()),
+                        .strength = asked_strength(options),
                         .steps = int(options.integer("steps"))};
   if (options.has("edge")) {
     const double edge = options.number("edge");
@@ -115,7 +129,7 @@ Exit denoise_verb_run(Run& run) {
   run.will_write(outputs.paths(), outputs.folders());
   check_pictures(options, scene,
                  {"guide", InputPictures::Count::many_sets, InputPictures::Size::of_the_texture});
-  const bool patches = by_patches(options, at_vertices(options, scene));
+  const bool patches = by_patches(run, at_vertices(options, scene));
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<ModelSignal> target;
@@ -159,6 +173,15 @@ Verb denoise_verb() {
              .help = "patches: by what patches that are alike have in common; edges: smoothing that stops at edges",
              .details = "automatic: patches, of noise that is measured; edges where anything below is given, and of "
                         "colours at vertices."});
+  table.add({.name = "strength",
+             .type = Type::number,
+             .default_value = "100",
+             .unit = "%",
+             .least = 1,
+             .most = 1000,
+             .group = "Denoise",
+             .help = "how much is taken for noise, of what is measured",
+             .details = "50 keeps more fine detail, 200 takes more where a camera or JPEG has smoothed the noise."});
   add_spread_options(table, usual_denoise_length, by_edges,
                      "how far values spread where no edge is: on the surface scaled to unit area");
   table.add({.name = "edge",
@@ -196,6 +219,7 @@ Verb denoise_verb() {
   add_normals_option(table);
   add_vertices_option(table, "colours at vertices, though there are textures");
   add_depth_option(table);
+  table.exclusive({"strength", "edge"});
   table.exclusive({"normals", "vertices"});
   table.exclusive({"normal-space", "vertices"});
   add_frames_option(table);

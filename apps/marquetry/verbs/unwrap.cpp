@@ -5,6 +5,9 @@
 // (5.8.4) on the surface scaled to the area of the atlas. Percentiles weigh triangles by their area
 // on the surface.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <set>
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -54,6 +57,20 @@ void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
                   figures.stretch.l2_stretch, percentiles_text(run.result["ratio"])));
 }
 
+/// Pictures lie by the texture coordinates that go.
+void leave_pictures_behind(Run& run, Model& model) {
+  std::set<std::string> names;
+  for (const MaterialSlot& slot : model.slots)
+    for (const MaterialSlot::Use& use : slot.pictures) names.insert(use.picture);
+  if (!names.empty())
+    run.terminal().remark(fmt::format(
+        "without {}, which {} by the old texture coordinates: --bake brings {} over", fmt::join(names, ", "),
+        names.size() == 1 ? "lies" : "lie", names.size() == 1 ? "it" : "them"));
+  forget_textures(model);
+  model.slots.clear();
+  model.others.clear();
+}
+
 /// What the model showed, on its new texture coordinates.
 void bake_what_was_there(Run& run, const std::vector<std::string>& slots, TexturedModel& source,
                          TexturedModel& scene) {
@@ -97,6 +114,7 @@ Exit unwrap(Run& run) {
             fmt::format("--{} is of textures, which are looked at with --bake alone: give it too", name));
   TexturedModel scene = bakes ? read_usable_model(run, MissingPictures::unneeded, 0.06)
                               : read_shape(run, 0.06);
+  if (!bakes) leave_pictures_behind(run, scene.model);
   const std::vector<std::string> slots =
       bakes ? slots_to_bake(options, scene.model) : std::vector<std::string>();
   const Outputs outputs =

@@ -112,6 +112,8 @@ Denoised denoise(const SignalSpace& space, const Signal& psi, const std::vector<
   require(psi.rows() == space.size() && psi.allFinite(),
           fmt::format("a signal of {} rows was given for {} unknowns, or it is not finite",
                       psi.rows(), space.size()));
+  require(options.strength > 0 && std::isfinite(options.strength),
+          fmt::format("denoising has a strength of {}; it must be more than 0", options.strength));
   std::vector<float> of_guides;  // none: no guide, 1 everywhere
   if (!guides.empty()) of_guides.assign(std::size_t(space.element_count()), 1.0F);
   for (const Guide& guide : guides) stop_at_edges(space, guide.values, guide.edge, of_guides);
@@ -127,7 +129,7 @@ Denoised denoise(const SignalSpace& space, const Signal& psi, const std::vector<
   if (own_edges)
     result.signal = slightly_smoothed(guided(), psi, options.weight, factory,
                                       progress.step("look for edges", 0.2));
-  if (!options.edge) result.edge = measured_edge(space, result.signal);
+  if (!options.edge) result.edge = options.strength * measured_edge(space, result.signal);
   if (result.edge == 0) {
     result.signal = psi;
     result.report.converged = true;

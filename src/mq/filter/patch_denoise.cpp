@@ -272,7 +272,9 @@ void keep_means(const Surface& surface, const Atlas& atlas, const TexelSpace& sp
 }  // namespace
 
 PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
-                                 const Signal& psi, const Progress& progress) {
+                                 const Signal& psi, const PatchDenoiseOptions& options, const Progress& progress) {
+  require(options.strength > 0 && std::isfinite(options.strength),
+          fmt::format("denoising has a strength of {}; it must be more than 0", options.strength));
   require(psi.rows() == space.size() && psi.allFinite(),
           fmt::format("a signal of {} rows was given for {} unknowns, or it is not finite", psi.rows(),
                       space.size()));
@@ -286,7 +288,7 @@ PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, con
   const int count = int(noisy_channels.size());
   const Eigen::MatrixXd T = cosine_transform(count);
   Eigen::VectorXd level(count);
-  for (int n = 0; n < count; ++n) level[n] = result.noise[std::size_t(noisy_channels[std::size_t(n)])];
+  for (int n = 0; n < count; ++n) level[n] = options.strength * result.noise[std::size_t(noisy_channels[std::size_t(n)])];
   const Eigen::RowVectorXd middle = psi.colwise().mean();
   Values noisy(psi.rows(), count);
   parallel_for(psi.rows(), [&](std::int64_t k) {

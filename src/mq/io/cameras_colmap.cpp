@@ -115,8 +115,9 @@ struct SharedLenses {
 
 SharedLenses shared_lenses(const std::vector<Photograph>& photographs) {
   SharedLenses result;
-  for (const auto& [picture, camera] : photographs) {
-    colmap_model_of(camera, picture.string());
+  for (const Photograph& photograph : photographs) {
+    const PinholeCamera& camera = photograph.camera;
+    colmap_model_of(camera, photograph.picture.string());
     const auto same = [&](const PinholeCamera& c) {
       return c.width == camera.width && c.height == camera.height && c.fx == camera.fx &&
              c.fy == camera.fy && c.cx == camera.cx && c.cy == camera.cy && c.lens == camera.lens;

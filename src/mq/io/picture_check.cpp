@@ -12,38 +12,15 @@
 
 #include "mq/base/error.h"
 #include "mq/io/bytes.h"
+#include "mq/io/detail/tiff_bytes.h"
 #include "mq/io/image_file.h"
 
 namespace mq {
 namespace {
 
-
 bool starts_with(ByteView bytes, std::string_view magic) {
   return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
 }
-
-/// Numbers in a TIFF, of either byte order.
-class TiffBytes {
- public:
-  explicit TiffBytes(ByteView bytes) : bytes_(bytes), big_endian_(starts_with(bytes, "MM")) {}
-
-  std::uint64_t size() const { return bytes_.size(); }
-
-  /// The unsigned integer of `width` bytes at a place; nothing where the file ends before.
-  std::optional<std::uint64_t> number(std::uint64_t at, unsigned width) const {
-    if (at > bytes_.size() || bytes_.size() - at < width) return {};
-    std::uint64_t value = 0;
-    for (unsigned i = 0; i < width; ++i) {
-      const std::uint64_t byte = std::to_integer<std::uint64_t>(bytes_[at + i]);
-      value |= byte << 8 * (big_endian_ ? width - 1 - i : i);
-    }
-    return value;
-  }
-
- private:
-  ByteView bytes_;
-  bool big_endian_;
-};
 
 /// A list of integers that a TIFF directory names: strip offsets and the like.
 struct TiffList {
@@ -55,25 +32,15 @@ struct TiffList {
 std::optional<std::array<TiffList, 2>> tiff_lists(const TiffBytes& tiff,
                                                   std::array<std::uint64_t, 2> first_tags,
                                                   std::array<std::uint64_t, 2> second_tags) {
-  const bool large = tiff.number(2, 2) == 43;  // BigTIFF
-  const unsigned word = large ? 8 : 4, entry_size = large ? 20 : 12;
-  const auto directory = tiff.number(large ? 8 : 4, word);
-  const auto count = directory ? tiff.number(*directory, large ? 8 : 2) : directory;
-  if (!count || *count > tiff.size() / entry_size) return {};
+  const auto entries = first_directory(tiff);
+  if (!entries) return {};
   std::array<TiffList, 2> lists;
-  for (std::uint64_t i = 0; i < *count; ++i) {
-    const std::uint64_t at = *directory + (large ? 8 : 2) + i * entry_size;
-    const auto tag = tiff.number(at, 2), type = tiff.number(at + 2, 2),
-               values = tiff.number(at + 4, word);
-    if (!tag || !type || !values) return {};
-    const bool first = std::ranges::count(first_tags, *tag) > 0;
-    if (!first && std::ranges::count(second_tags, *tag) == 0) continue;
-    const unsigned width = *type == 3 ? 2 : *type == 4 ? 4 : *type == 16 ? 8 : 0;
-    if (width == 0 || *values > tiff.size()) return {};
-    const std::uint64_t inside = at + 4 + word;
-    const auto outside = tiff.number(inside, word);
-    if (!outside) return {};
-    lists[first ? 0 : 1] = {*values, width * *values <= word ? inside : *outside, width};
+  for (const TiffEntry& entry : *entries) {
+    const bool first = std::ranges::count(first_tags, entry.tag) > 0;
+    if (!first && std::ranges::count(second_tags, entry.tag) == 0) continue;
+    const bool are_integers = entry.type == 3 || entry.type == 4 || entry.type == 16;
+    if (!are_integers || entry.count > tiff.size()) return {};
+    lists[first ? 0 : 1] = {entry.count, entry.values, entry.width};
   }
   return lists;
 }
@@ -217,18 +184,86 @@ std::string icc_profile_name(ByteView profile) {
   return "";
 }
 
-void check_exr_windows(ByteView bytes, const std::string& name) {
-  using namespace std::string_view_literals;
-  constexpr std::string_view mark = "dataWindow\0box2i\0\x10\0\0\0"sv;
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  for (auto at = text.find(mark); at != text.npos; at = text.find(mark, at + 1)) {
-    std::array<std::int32_t, 4> box;  // left, top, right, bottom, all inside
-    if (at + mark.size() + sizeof box > text.size()) return;
-    std::memcpy(box.data(), text.data() + at + mark.size(), sizeof box);
-    const std::int64_t width = std::int64_t(box[2]) - box[0] + 1;
-    const std::int64_t height = std::int64_t(box[3]) - box[1] + 1;
-    if (std::max(width, height) > max_picture_side) fail_too_large(name, width, height);
+namespace {
+
+/// Numbers and texts of an EXR head, one after the other; least significant bytes first.
+class ExrHead {
+ public:
+  explicit ExrHead(ByteView bytes) : bytes_(bytes) {}
+
+  std::size_t left() const { return bytes_.size() - at_; }
+  bool is_short() const { return short_; }
+
+  std::int64_t number() {
+    std::int32_t value = 0;
+    if (const ByteView from = take(sizeof value); !from.empty()) std::memcpy(&value, from.data(), sizeof value);
+    return value;
   }
+  std::string_view text() {
+    const std::string_view rest = text_of(bytes_.subspan(at_));
+    const std::size_t end = std::min(rest.find('\0'), rest.size());
+    take(end + 1);
+    return rest.substr(0, end);
+  }
+  ByteView take(std::size_t count) {
+    short_ = short_ || count > left();
+    if (short_) return {};
+    at_ += count;
+    return bytes_.subspan(at_ - count, count);
+  }
+
+ private:
+  ByteView bytes_;
+  std::size_t at_ = 0;
+  bool short_ = false;
+};
+
+/// Whether what an attribute says of sizes fits into it: the decoder makes room for that before it reads.
+bool is_sound_attribute(std::string_view type, ByteView value) {
+  ExrHead inside(value);
+  if (type == "preview") {
+    const std::int64_t width = inside.number(), height = inside.number();
+    constexpr std::int64_t most = 1 << 14;
+    return width >= 0 && height >= 0 && width <= most && height <= most &&
+           std::size_t(4 * width * height) <= inside.left();
+  }
+  if (type == "stringvector")
+    while (inside.left() > 0 && !inside.is_short())
+      if (const std::int64_t length = inside.number(); length < 0 || inside.take(std::size_t(length)).size() != std::size_t(length))
+        return false;
+  return !inside.is_short();
+}
+
+void check_exr_window(ByteView value, const std::string& name) {
+  ExrHead box(value);
+  const std::int64_t left = box.number(), top = box.number(), right = box.number(), bottom = box.number();
+  const std::int64_t width = right - left + 1, height = bottom - top + 1;
+  if (std::max(width, height) > max_picture_side) fail_too_large(name, width, height);
+}
+
+}  // namespace
+
+void check_exr_head(ByteView bytes, const std::string& name) {
+  constexpr unsigned several_parts = 0x10;  // of the second byte of flags
+  const bool has_parts = bytes.size() > 5 && (std::to_integer<unsigned>(bytes[5]) & several_parts) != 0;
+  ExrHead head(bytes);
+  head.take(8);
+  for (bool ended = false; !head.is_short();) {  // of a part's head, by an empty name; of all, where the next is empty
+    const std::string attribute(head.text());
+    if (attribute.empty() && (ended || !has_parts)) return;
+    ended = attribute.empty();
+    if (ended) continue;
+    const std::string type(head.text());
+    const std::int64_t size = head.number();
+    if (head.is_short() || size < 0 || std::size_t(size) > head.left()) break;
+    const ByteView value = head.take(std::size_t(size));
+    if (!is_sound_attribute(type, value))
+      fail_picture(name, fmt::format("damaged: '{}' of its head does not fit into the {} bytes it has; copy it again",
+                                     attribute, size));
+    if (attribute == "dataWindow" && type == "box2i") check_exr_window(value, name);
+  }
+  fail_picture(name, fmt::format("the head of the EXR file is cut short at {} bytes, or damaged; copy it again",
+                                 bytes.size()));
 }
 
 }  // namespace mq

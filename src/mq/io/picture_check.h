@@ -34,9 +34,9 @@ void check_jpeg_end(std::span<const std::byte> bytes, const std::string& name);
 /// would paint those black that do not. Throws `IoError` when the file is cut short.
 void check_tiff_extent(std::span<const std::byte> bytes, const std::string& name);
 
-/// Checks the sizes an EXR head states, before the decoder makes its tables for them. Throws
-/// `IoError`.
-void check_exr_windows(std::span<const std::byte> bytes, const std::string& name);
+/// Checks the sizes an EXR head states, of windows and of its attributes, before the decoder makes room for
+/// them. Throws `IoError`.
+void check_exr_head(std::span<const std::byte> bytes, const std::string& name);
 
 /// Where EXIF says how a picture is turned (CIPA DC-008, tag 274), and what it says: 1 upright to 8.
 struct ExifOrientation {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -174,6 +175,34 @@ class SourcePoints {
   std::optional<FacingPoints> facing_;
 };
 
+/// The n-th place of a sequence that fills a triangle evenly (the two-dimensional Kronecker sequence of the plastic
+/// number), from its middle on.
+Vector3 nth_place(std::int64_t n) {
+  const double plastic = 1.32471795724474602596;
+  double whole;
+  double u = std::modf(1.0 / 3 + double(n) / plastic, &whole), v = std::modf(1.0 / 3 + double(n) / (plastic * plastic), &whole);
+  if (u + v > 1) u = 1 - u, v = 1 - v;
+  return {1 - u - v, u, v};
+}
+
+/// Whether the source is met at some of many places spread over the target's triangles: looking everywhere takes as
+/// long as a bake, and finds nothing where models have nothing to do with each other.
+bool is_met(const SourcePoints& source_points, const Mesh& target) {
+  constexpr std::int64_t tried = 1 << 14;
+  const std::int64_t triangles = std::min<std::int64_t>(target.triangle_count(), tried);
+  const std::int64_t count = triangles * (tried / std::max<std::int64_t>(1, triangles));
+  std::atomic<bool> met = false;
+  parallel_for(
+      count,
+      [&](std::int64_t i) {
+        if (met) return;
+        const int t = int(i % triangles * target.triangle_count() / triangles);
+        if (source_points({t, nth_place(i / triangles)}).triangle >= 0) met = true;
+      },
+      64);
+  return met;
+}
+
 /// What is not known, harmonic between what is; on a part of which nothing is, the mean of all.
 void fill(const SignalSpace& space, const std::vector<char>& known, Signal& values) {
   Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(values.cols());
@@ -233,6 +262,14 @@ BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
                       : std::clamp(int(std::ceil(per_source_texel * ratio)), fewest, most);
 
   const SourcePoints source_points(source_mesh, surface, options);
+  const auto require_met = [&](bool met) {
+    require(met, fmt::format(
+                     "{}: no part of it lies within {:g} % of the diagonal of {} and faces as it does; "
+                     "give {} more, or bring them to one place",
+                     source.model.path.string(), 100 * options.within, target.model.path.string(),
+                     option_name("within")));
+  };
+  require_met(is_met(source_points, surface));
   baked.accuracy = source_points.accuracy();
   SampleFit fit(signal.space(), shown.channels(), progress.step("space", 0.15));
   SampleStream stream([&](const Samples& samples) {
@@ -261,12 +298,7 @@ BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
 
   const std::vector<char> known = fit.known();
   const std::int64_t filled = std::ranges::count(known, 0);
-  require(filled < std::ssize(known),
-          fmt::format(
-              "{}: no part of it lies within {:g} % of the diagonal of {} and faces as it does; "
-              "give {} more, or bring them to one place",
-              source.model.path.string(), 100 * options.within, target.model.path.string(),
-              option_name("within")));
+  require_met(filled < std::ssize(known));
   baked.unseen = fit.unseen();
   if (baked.kind == BakedSignal::Kind::mean) {
     baked.values = fit.mean();

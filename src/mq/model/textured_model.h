@@ -21,7 +21,7 @@ enum class MissingPictures {
   assume,   ///< as if they had `assumed_side`² texels, with a remark
   unneeded  ///< nothing: only the shape is of interest, and there is no atlas
 };
-inline constexpr int assumed_texture_side = 1024;
+inline constexpr int assumed_texture_side = 2048;  ///< what `unwrap` packs charts for by default
 
 struct LoadOptions {
   std::vector<std::filesystem::path> textures = {};  ///< in place of the pictures that the model names

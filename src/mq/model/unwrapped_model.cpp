@@ -5,19 +5,25 @@
 
 namespace mq {
 
+static_assert(assumed_texture_side == UnwrapOptions{}.width, "an atlas is looked at as it was packed");
+
+void forget_textures(Model& model) {
+  forget_file(model, Tangents::forgotten);
+  model.textures.clear();
+  model.tiles.clear();
+  model.uv_sets.clear();
+  model.uv_set = -1;
+  model.slot.clear();
+  for (MaterialSlot& slot : model.slots) slot.with_texture.clear();
+}
+
 void put_unwrapped(const Unwrapped& unwrapped, TexturedModel& model) {
-  forget_file(model.model, Tangents::forgotten);
+  forget_textures(model.model);
   for (Mesh* mesh : {&model.model.mesh, &model.surface.mesh}) {
     mesh->uvs = unwrapped.uvs;
     mesh->corner_uvs = unwrapped.corner_uvs;
     mesh->textures.clear();
   }
-  model.model.textures.clear();
-  model.model.tiles.clear();
-  model.model.uv_sets.clear();
-  model.model.uv_set = -1;
-  model.model.slot.clear();
-  for (MaterialSlot& slot : model.model.slots) slot.with_texture.clear();
   model.atlas.reset();
   model.texture_sizes.clear();
 }

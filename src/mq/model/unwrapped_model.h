@@ -8,6 +8,10 @@
 
 namespace mq {
 
+/// Forgets the texture coordinates that a model had, but for the numbers in its mesh, and the pictures that
+/// lie by them. What its file says of materials and normals stays.
+void forget_textures(Model& model);
+
 /// Gives a model and its surface the texture coordinates that its surface was unwrapped with, and
 /// one texture without a picture; nothing that belonged to the old ones stays, the atlas neither.
 /// Normals that its file says stay.

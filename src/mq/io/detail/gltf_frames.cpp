@@ -1,5 +1,7 @@
 // Through a node's matrix M normals go as M⁻ᵀ n, tangents as M t. A mirroring M turns N × T the other
 // way than M (N × T), so w changes its sign with det M.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "mq/base/error.h"

@@ -60,6 +60,7 @@ void state_alpha(const ImageSpec* read, const FileFormat& format, ImageSpec& spe
 void take_over(const ImageSpec& read, bool same_format, Depth depth, ImageSpec& spec) {
   for (const auto& tag : read.extra_attribs) {
     const std::string name = tag.name().string();
+    if (name.starts_with("IPTC:") && tag.get_string().empty()) continue;  // cannot be encoded, and says nothing
     if (!describes_layout(name) && (same_format || !belongs_to_format(name)))
       spec.extra_attribs.add_or_replace(tag);
   }

@@ -18,6 +18,7 @@
 #include "mq/io/bytes.h"
 #include "mq/io/detail/picture_alpha.h"
 #include "mq/io/detail/picture_head.h"
+#include "mq/io/detail/picture_metadata.h"
 #include "mq/io/detail/picture_values.h"
 #include "mq/io/image_file.h"
 #include "mq/io/picture_check.h"
@@ -155,8 +156,13 @@ OpenPicture open_picture(ByteView bytes, const std::string& name, const std::str
   p.file_format = picture_format(bytes, name);
   const bool colour = p.file_format != "png" || png_states_colour(bytes, name);
   if (p.file_format == "jpeg") check_jpeg_end(bytes, name);
-  if (p.file_format == "openexr") check_exr_windows(bytes, name);
+  if (p.file_format == "openexr") check_exr_head(bytes, name);
   if (p.file_format == "tiff") check_tiff_extent(bytes, name);
+  SoundPicture sound = without_damaged_metadata(bytes, p.file_format);
+  for (const std::string& what : sound.left_out)
+    p.notes.push_back(fmt::format("{}: its {} is damaged and was left out", name, what));
+  p.sound = std::move(sound.changed);
+  if (!p.sound.empty()) bytes = p.sound;
   p.memory = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes.data(), bytes.size());
   p.input = OIIO::ImageInput::create(p.file_format);
   if (!p.input)

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mq/base/progress.h"
+#include "mq/io/bytes.h"
 #include "mq/io/detail/picture_layers.h"
 #include "mq/io/model.h"
 
@@ -19,6 +20,7 @@ namespace mq {
 struct OpenPicture {
   std::string name;
   std::string file_format;
+  Bytes sound;  // the file without what was damaged of its metadata; empty: as it is
   std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;  // outlives `input`
   std::unique_ptr<OIIO::ImageInput> input;
   OIIO::ImageSpec spec;           // of the layer alone
