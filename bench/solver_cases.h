@@ -142,7 +142,8 @@ inline System make_system(const TexelSpace& space, double alpha) {
     multiply(s.A, psi, s.B);
     s.component = connected_components(s.A);
   } else {
-    s.A = space.regularised_system(1, alpha * space.scale().area);
+    SparseMatrix A = space.regularised_system(1, alpha * space.scale().area);
+    s.A.swap(A);  // Eigen's matrices are copied, not moved
     multiply(space.mass(), psi, s.B);
   }
   return s;

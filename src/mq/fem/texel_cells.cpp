@@ -406,33 +406,42 @@ class BandIntegrator {
   std::vector<PendingPiece> pending_;
 };
 
-void append(SeamBlocks& from, SeamBlocks& to) {
-  const int texels = int(to.texels.size());
-  const std::int64_t values = std::int64_t(to.mass.size());
-  for (SeamBlocks::Block block : from.blocks) {
-    block.first += texels;
-    block.first_value += values;
-    to.blocks.push_back(block);
+/// Where a band's seam blocks go among those of all.
+struct SeamPlace {
+  std::size_t block, texel, value, mean;
+};
+
+void put(SeamBlocks& from, const SeamPlace& place, SeamBlocks& to) {
+  for (std::size_t b = 0; b < from.blocks.size(); ++b) {
+    SeamBlocks::Block block = from.blocks[b];
+    block.first += int(place.texel);
+    block.first_value += std::int64_t(place.value);
+    to.blocks[place.block + b] = block;
   }
-  to.texels.insert(to.texels.end(), from.texels.begin(), from.texels.end());
-  to.mass.insert(to.mass.end(), from.mass.begin(), from.mass.end());
-  to.stiffness.insert(to.stiffness.end(), from.stiffness.begin(), from.stiffness.end());
-  to.means.insert(to.means.end(), from.means.begin(), from.means.end());
+  std::copy(from.texels.begin(), from.texels.end(), to.texels.begin() + std::ptrdiff_t(place.texel));
+  std::copy(from.mass.begin(), from.mass.end(), to.mass.begin() + std::ptrdiff_t(place.value));
+  std::copy(from.stiffness.begin(), from.stiffness.end(), to.stiffness.begin() + std::ptrdiff_t(place.value));
+  std::copy(from.means.begin(), from.means.end(), to.means.begin() + std::ptrdiff_t(place.mean));
   from = {};
 }
 
 /// Joins the results of the bands, in their order.
 void join_bands(std::vector<Band>& bands, int triangles, const TexelGrid& grid, TexelCells& cells) {
   std::vector<std::size_t> offsets{0};
-  std::size_t texels = 0, values = 0, blocks = 0;
+  std::vector<SeamPlace> places{{}};
   for (const Band& band : bands) {
     offsets.push_back(offsets.back() + band.cut.size());
-    texels += band.blocks.texels.size();
-    values += band.blocks.mass.size();
-    blocks += band.blocks.blocks.size();
+    const SeamPlace& place = places.back();
+    places.push_back({place.block + band.blocks.blocks.size(), place.texel + band.blocks.texels.size(),
+                      place.value + band.blocks.mass.size(), place.mean + band.blocks.means.size()});
   }
   cells.cut.resize(offsets.back());
   cells.info.resize(offsets.back());
+  cells.seams.blocks.resize(places.back().block);
+  cells.seams.texels.resize(places.back().texel);
+  cells.seams.mass.resize(places.back().value);
+  cells.seams.stiffness.resize(places.back().value);
+  cells.seams.means.resize(places.back().mean);
   parallel_for(
       std::ssize(bands),
       [&](std::int64_t b) {
@@ -441,17 +450,13 @@ void join_bands(std::vector<Band>& bands, int triangles, const TexelGrid& grid, 
         std::copy(band.info.begin(), band.info.end(), cells.info.begin() + offsets[b]);
         band.cut = {};
         band.info = {};
+        put(band.blocks, places[b], cells.seams);
         const int width = grid.texture(band.texture).width + 1;
         const int first = grid.first_cell(band.texture);
         for (int c = first + band.first_row * width; c < first + band.end_row * width; ++c)
           if (cells.kind[c] >= triangles) cells.kind[c] += int(offsets[b]);
       },
       1);
-  cells.seams.blocks.reserve(blocks);
-  cells.seams.texels.reserve(texels);
-  cells.seams.mass.reserve(values);
-  cells.seams.stiffness.reserve(values);
-  for (Band& band : bands) append(band.blocks, cells.seams);
 }
 
 }  // namespace

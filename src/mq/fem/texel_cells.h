@@ -19,6 +19,7 @@
 #include "mq/atlas/atlas.h"
 #include "mq/atlas/clip.h"
 #include "mq/atlas/texel_grid.h"
+#include "mq/base/overwritten.h"
 #include "mq/base/progress.h"
 #include "mq/fem/detail/seam_basis.h"
 
@@ -50,8 +51,8 @@ struct SeamBlocks {
     std::int64_t first_value;  ///< its upper triangles by rows: mass and stiffness from here
   };
   std::vector<Block> blocks;
-  std::vector<int> texels;  ///< numbers of TexelGrid
-  std::vector<double> mass, stiffness;
+  OverwrittenVector<int> texels;  ///< numbers of TexelGrid
+  OverwrittenVector<double> mass, stiffness;
 
   /// Of a cell near seams, whose matrices are not those of bilinear functions: what the pieces of a chart
   /// there have together.

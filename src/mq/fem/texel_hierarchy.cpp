@@ -102,8 +102,8 @@ Hierarchy texel_hierarchy(const SparseMatrix& A, const Texels& texels,
     points.spacing[k] *= 0.4F;  // no neighbour reaches it then
   }
   points.positions = std::move(grid.coarse.positions);
-  matrix = hierarchy.add_graph_levels(std::move(matrix), std::move(points), std::move(layout),
-                                      PatchSmoother::Kind::neighbours, progress);
+  hierarchy.add_graph_levels(matrix, std::move(points), std::move(layout), PatchSmoother::Kind::neighbours, progress,
+                             matrix);
   hierarchy.finish(A, matrix);
   progress.at(1);
   return hierarchy;

@@ -39,9 +39,10 @@ Hierarchy vertex_hierarchy(const SparseMatrix& A, std::span<const Vector3> posit
                            const MultigridOptions& options, const Progress& progress) {
   Hierarchy hierarchy(A, std::ssize(positions), options);
   if (A.rows() == 0) return hierarchy;
-  hierarchy.finish(A, hierarchy.add_graph_levels(A, points_of(A, positions),
-                                                 layout_without_stencils(int(A.rows())),
-                                                 PatchSmoother::Kind::single, progress));
+  SparseMatrix coarsest;
+  hierarchy.add_graph_levels(A, points_of(A, positions), layout_without_stencils(int(A.rows())),
+                             PatchSmoother::Kind::single, progress, coarsest);
+  hierarchy.finish(A, coarsest);
   progress.at(1);
   return hierarchy;
 }

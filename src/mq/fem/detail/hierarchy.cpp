@@ -88,21 +88,23 @@ SparseMatrix Hierarchy::add_level(const SparseMatrix& matrix, StencilLayout layo
   return galerkin(matrix, *multigrid_.levels.back()->transfer, progress);
 }
 
-SparseMatrix Hierarchy::add_graph_levels(SparseMatrix matrix, SurfacePoints points,
-                                         StencilLayout layout, PatchSmoother::Kind kind,
-                                         const Progress& progress) {
-  while (multigrid_.levels.empty() || matrix.rows() > options_.coarsest_rows) {
-    GraphCoarsening graph = coarsen_graph(matrix, points, options_.graph_radius);
+void Hierarchy::add_graph_levels(const SparseMatrix& finest, SurfacePoints points, StencilLayout layout,
+                                 PatchSmoother::Kind kind, const Progress& progress, SparseMatrix& coarsest) {
+  const SparseMatrix* matrix = &finest;
+  while (multigrid_.levels.empty() || matrix->rows() > options_.coarsest_rows) {
+    GraphCoarsening graph = coarsen_graph(*matrix, points, options_.graph_radius);
     if (!multigrid_.levels.empty() &&
-        graph.transfer->coarse_rows() > stalled * double(matrix.rows()))
+        graph.transfer->coarse_rows() > stalled * double(matrix->rows()))
       break;
-    matrix = add_level(matrix, std::move(layout), kind, std::move(graph.transfer), progress);
+    SparseMatrix next = add_level(*matrix, std::move(layout), kind, std::move(graph.transfer), progress);
+    coarsest.swap(next);
+    matrix = &coarsest;
     points = std::move(graph.coarse);
-    layout = layout_without_stencils(int(matrix.rows()));
+    layout = layout_without_stencils(int(matrix->rows()));
     kind = PatchSmoother::Kind::single;
-    progress.at(1 - double(matrix.rows()) / rows_);
+    progress.at(1 - double(matrix->rows()) / rows_);
   }
-  return matrix;
+  if (matrix == &finest && matrix != &coarsest) coarsest = finest;
 }
 
 void Hierarchy::finish(const SparseMatrix& A, const SparseMatrix& coarsest) {
@@ -120,7 +122,8 @@ void Hierarchy::set_values(const SparseMatrix& A, const Progress& progress) {
   SparseMatrix matrix = galerkin(A, *multigrid_.levels.front()->transfer, progress);
   for (std::size_t l = 1; l < multigrid_.levels.size(); ++l) {
     take_values(matrix, l);
-    matrix = galerkin(matrix, *multigrid_.levels[l]->transfer, progress);
+    SparseMatrix next = galerkin(matrix, *multigrid_.levels[l]->transfer, progress);
+    matrix.swap(next);
     progress.at(double(l) / double(multigrid_.levels.size()));
   }
   take_coarsest_values(A, matrix);

@@ -27,9 +27,11 @@ class Hierarchy {
                          std::unique_ptr<LevelTransfer> transfer, const Progress& progress);
 
   /// Adds levels of points on the surface, the first with `layout` and patches of `kind`, until a
-  /// level has few rows; `points` are where the rows of `matrix` lie.
-  SparseMatrix add_graph_levels(SparseMatrix matrix, SurfacePoints points, StencilLayout layout,
-                                PatchSmoother::Kind kind, const Progress& progress);
+  /// level has few rows; `points` are where the rows of `finest` lie. The matrix of the next level goes to
+  /// `coarsest`, which may be `finest`: that is let go of as soon as it has been used. (Eigen's matrices
+  /// cannot be moved, and copies of them take as long as all one thread has to do here.)
+  void add_graph_levels(const SparseMatrix& finest, SurfacePoints points, StencilLayout layout,
+                        PatchSmoother::Kind kind, const Progress& progress, SparseMatrix& coarsest);
 
   /// Takes the coarsest matrix; `A` is that of the constructor.
   void finish(const SparseMatrix& A, const SparseMatrix& coarsest);
