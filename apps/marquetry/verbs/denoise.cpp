@@ -171,8 +171,8 @@ Verb denoise_verb() {
              .metavar = "HOW",
              .group = "Denoise",
              .help = "patches: by what patches that are alike have in common; edges: smoothing that stops at edges",
-             .details = "automatic: patches, of noise that is measured; edges where anything below is given, and of "
-                        "colours at vertices."});
+             .details = "automatic: patches, of noise that is measured; edges where an option of smoothing up to edges "
+                        "is given, and of colours at vertices."});
   table.add({.name = "strength",
              .type = Type::number,
              .default_value = "100",
