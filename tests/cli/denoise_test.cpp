@@ -123,7 +123,7 @@ TEST(Denoise, MeasuresTheNoiseOfAPictureAndTakesItOff) {
   EXPECT_LT(roughness(clean, 8, 88), 0.3 * roughness(noisy_ramp(), 8, 88));
 }
 
-/// The more is taken for noise the smoother is what is left, by patches and by edges.
+/// The stronger the smoother, by patches and by edges.
 TEST(Denoise, IsAsStrongAsItIsAskedToBe) {
   const Folder folder;
   write_image(folder / "noisy.png", noisy_ramp());

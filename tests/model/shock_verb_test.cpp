@@ -73,7 +73,7 @@ TEST(VerbShock, SharpensColoursAtVertices) {
   const ShockedModel found = shock_signal(model, signal, before, request);
   signal.put(before, found.signal, model.model);
   write_model(folder / "ours.ply", model.model);
-  EXPECT_EQ(bytes(folder, "ours.ply"), bytes(folder, "out.ply"));
+  EXPECT_TRUE(bytes(folder, "ours.ply") == bytes(folder, "out.ply"));
 }
 
 /// A bent sheet, whose shape there is something to sharpen of.
@@ -105,6 +105,7 @@ TEST(VerbShock, SharpensShapes) {
   TexturedModel model = load_textured_model(folder / "sheet.ply",
                                             {.missing = MissingPictures::unneeded}, messages);
   ShockRequest request;
+  request.time.value = 1;
   request.smooth_normals = {4, Length::Unit::percent};
   request.fit_steps = 2;
   const SharpenedShape shape = shock_shape(model, request);

@@ -7,6 +7,8 @@ namespace mq::app {
 ShockTime asked_time(const OptionValues& options) {
   if (options.has("absolute-time"))
     return {ShockTime::Unit::absolute, options.number("absolute-time")};
+  constexpr double usual_of_shapes = 1;
+  if (options.flag("geometry") && !options.given("time")) return {ShockTime::Unit::relative, usual_of_shapes};
   return {ShockTime::Unit::relative, options.number("time")};
 }
 

@@ -69,7 +69,7 @@ bool by_patches(Run& run, bool at_vertices) {
   return true;
 }
 
-/// Of what is measured, how much is taken for noise; --edge says it by itself.
+/// As a part; --edge says by itself what is noise.
 double asked_strength(const OptionValues& options) {
   return options.has("strength") ? options.number("strength") / 100 : 1;
 }
@@ -180,8 +180,9 @@ Verb denoise_verb() {
              .least = 1,
              .most = 1000,
              .group = "Denoise",
-             .help = "how much is taken for noise, of what is measured",
-             .details = "50 keeps more fine detail, 200 takes more where a camera or JPEG has smoothed the noise."});
+             .help = "how much of the noise is taken off: 50 half of it",
+             .details = "Above 100 noise is taken for so much stronger than was measured: 200 to 400 where a camera or "
+                        "JPEG has smoothed it, so that too little was found."});
   add_spread_options(table, usual_denoise_length, by_edges,
                      "how far values spread where no edge is: on the surface scaled to unit area");
   table.add({.name = "edge",

@@ -3,9 +3,12 @@
 // First those that lookups at the borders of charts read: the smoothest for which the two sides of
 // each seam agree, with everything inside charts as it is. Then all others, each from the nearest
 // that a triangle covers, so that no level of a mipmap mixes in what was there before.
+#include <fmt/format.h>
+
 #include <memory>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/model/texture_fill.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
@@ -25,6 +28,17 @@ FillOptions asked_fill(const OptionValues& options) {
                    .depth = asked_depth(options)};
   if (options.has("distance")) fill.distance = options.number("distance");
   return fill;
+}
+
+/// Holes inside charts are none of this verb's.
+void say_what_is_transparent(Run& run, const Signal& values) {
+  const bool has_alpha = values.cols() == 2 || values.cols() == 4;
+  const std::int64_t holes = has_alpha ? (values.col(values.cols() - 1).array() == 0).count() : 0;
+  if (holes > 0)
+    run.terminal().remark(fmt::format(
+        "{} inside charts have alpha 0 and stay as they are, as this verb gives values to those outside; holes "
+        "are filled by the verb stitch, with --labels and --unseen",
+        counted(holes, "texel")));
 }
 
 Exit fill(Run& run) {
@@ -51,6 +65,7 @@ Exit fill(Run& run) {
     solution = filling->solve(step);
     report_solve_at_seams(run, solution.report);
   });
+  say_what_is_transparent(run, solution.before);
   run.result = change_json(solution.before, solution.after);
   run.result["border_texels"] = filling->border_texels();
   const Step step(run, "write", 0.2);

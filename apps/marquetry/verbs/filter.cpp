@@ -132,10 +132,13 @@ Exit filter_geometry(Run& run) {
   return Exit::done;
 }
 
-/// Of colours alone: values of other slots, and normals, have no luminance.
+/// Of colours alone: values of other slots, and normals, have no luminance. Sharpened channel by channel they get
+/// fringes, which nobody wants who says how strong it is to be.
 bool by_luminance(const OptionValues& options, const Model& model) {
   const std::vector<Texture>& textures = model.textures;
-  return options.flag("luminance") &&
+  const bool sharpens = options.has("strength") && options.number("strength") > 0;
+  const bool are_normals = options.flag("normals") || options.has("normal-space");
+  return (options.flag("luminance") || (sharpens && !are_normals)) &&
          (textures.empty() || textures.front().meaning == TextureMeaning::colours);
 }
 
@@ -243,7 +246,8 @@ Verb filter_verb() {
              .most = 99'900,
              .group = "Filter",
              .help = "how much of detail is added: 100 doubles it, -100 smooths it away, 0 changes nothing",
-             .details = "As --beta 1 + N/100."});
+             .details = "As --beta 1 + N/100; above 0 colours are filtered as with --luminance, which --beta does "
+                        "not do by itself."});
   table.add({.name = "radius",
              .type = Option::Type::length,
              .group = "Filter",

@@ -13,6 +13,7 @@
 #include "mq/base/words.h"
 #include "mq/filter/reaction_diffusion.h"
 #include "mq/io/file_names.h"
+#include "mq/model/texture_fill.h"
 #include "shell/results.h"
 #include "shell/verb.h"
 
@@ -178,6 +179,7 @@ Exit react(Run& run) {
                     : coloured(state, *parse_colour(options.text("ground")),
                                *parse_colour(options.text("ink"))),
             numbers ? Depth::f32 : Depth::u8, scene.model);
+  if (domain->texel_space()) spread_past_charts(*domain->texel_space(), scene);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }

@@ -237,9 +237,9 @@ void add_path_options(OptionTable& table) {
              .least = 0,
              .most = 1e9,
              .group = "Shock",
-             .help = "how far it goes: 1 is mild, at 10 the narrowest edges are jumps",
+             .help = "how far it goes: at 1 lines of ten texels close up, at 10 the narrowest edges are jumps",
              .details =
-                 "Free of units: 1 is the time in which paths part by a factor e, in the mean "
+                 "Of shapes 1 without it. Free of units: 1 is the time in which paths part by a factor e, in the mean "
                  "over the surface. An edge twice as wide takes about 16 times as long."});
   table.add({.name = "absolute-time",
              .type = Type::number,

@@ -65,6 +65,17 @@ struct Stitched {
   SparseMatrix stiffness;
 };
 
+/// Charts of one baked texture are meant to differ, those of photographs are not: who did not say which are one is told.
+void report_gain(Run& run, double gain) {
+  constexpr double noticed = 1.15;
+  run.result["largest_gain"] = gain;
+  if (gain > noticed && !asks_for(run.options(), "labels") && !asks_for(run.options(), "partial"))
+    run.terminal().remark(fmt::format(
+        "charts became brighter or darker, by a factor of up to {:.2g}, as photographs exposed unlike want it; of a "
+        "texture that was baked or painted as one the verb seams changes borders alone",
+        gain));
+}
+
 Stitched solve(Run& run, const Model& model, const TextureSignal& target, double weight,
                const StitchRegions& regions) {
   Stitched stitched;
@@ -76,7 +87,7 @@ Stitched solve(Run& run, const Model& model, const TextureSignal& target, double
     }
     const Step step(run, "solve", shares.solve);
     const RegionLevels levels = asked_levels(run.options(), model, *stitcher, regions.values);
-    if (levels.gains().size() > 0) run.result["largest_gain"] = std::exp(levels.gains().cwiseAbs().maxCoeff());
+    if (levels.gains().size() > 0) report_gain(run, std::exp(levels.gains().cwiseAbs().maxCoeff()));
     stitched = {stitcher->stitch(regions.values, regions.partials, levels, step), stitcher->stiffness()};
     return stitched.filtered.report;
   });

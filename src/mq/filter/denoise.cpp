@@ -129,7 +129,7 @@ Denoised denoise(const SignalSpace& space, const Signal& psi, const std::vector<
   if (own_edges)
     result.signal = slightly_smoothed(guided(), psi, options.weight, factory,
                                       progress.step("look for edges", 0.2));
-  if (!options.edge) result.edge = options.strength * measured_edge(space, result.signal);
+  if (!options.edge) result.edge = std::max(1.0, options.strength) * measured_edge(space, result.signal);
   if (result.edge == 0) {
     result.signal = psi;
     result.report.converged = true;
@@ -156,6 +156,7 @@ Denoised denoise(const SignalSpace& space, const Signal& psi, const std::vector<
       equation.emplace(guided(), options.weight, factory, preparing);
     static_cast<Filtered&>(result) = equation->solve(psi, 0, step.step("solve", 0.4));
   }
+  if (options.strength < 1) result.signal = psi + options.strength * (result.signal - psi);
   return result;
 }
 

@@ -29,7 +29,7 @@ struct DenoiseOptions {
   /// The same as `Guide::edge` of the signal itself, as the step before left it; infinite: its own
   /// edges do not count; none: as `measured_edge` finds it.
   std::optional<double> edge = {};
-  double strength = 1;  ///< times `measured_edge`, where that is what counts: more than 0
+  double strength = 1;  ///< up to 1 the part of the change that is made; above 1 `measured_edge` is so much larger
   int steps = 1;  ///< solutions with the edges of the one before, after a first one; where only
                   ///< guides count there is one in all
 };

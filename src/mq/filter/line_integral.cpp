@@ -123,8 +123,11 @@ Signal lines_over(const Signal& colours, const Signal& grey, int channels) {
               colours.rows(), colours.cols(), channels, grey.rows(), grey.cols()));
   Signal over = colours;
   const Eigen::ArrayXd t = 2 * grey.col(0).array() - 1;
-  for (int c = 0; c < channels; ++c)
-    over.col(c) = (colours.col(c).array() * (1 + t / 2) + t / 10).matrix();
+  constexpr double part = 0.4;
+  for (int c = 0; c < channels; ++c) {
+    const auto colour = colours.col(c).array();
+    over.col(c) = (colour + part * (t.max(0) * (1 - colour).max(0) + t.min(0) * colour.max(0))).matrix();
+  }
   return over;
 }
 

@@ -47,9 +47,9 @@ void watch_lines_form(const SignalSpace& across, const Signal& noise, double wei
                       const std::function<void(int, const Signal&)>& shown,
                       const Progress& progress = {});
 
-/// Lines over a picture: each colour c becomes c·(1 + t/2) + t/10, t = 2g − 1 for the grey g of the
-/// lines, so that means stay and the lines show on black too. Columns of `colours` from `channels`
-/// on, alpha, stay.
+/// Lines over a picture: each colour goes up to 0.4 of the way to white, and of that to black, by the grey of the
+/// lines from 1 to 0. So nothing leaves the range, and lines show on black and on white too; light above 1 only
+/// darkens. Columns of `colours` from `channels` on, alpha, stay.
 Signal lines_over(const Signal& colours, const Signal& grey, int channels);
 
 /// Shifted and scaled such that the mean is ½ and `deviations` standard deviations lie between

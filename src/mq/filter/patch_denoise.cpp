@@ -288,7 +288,7 @@ PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, con
   const int count = int(noisy_channels.size());
   const Eigen::MatrixXd T = cosine_transform(count);
   Eigen::VectorXd level(count);
-  for (int n = 0; n < count; ++n) level[n] = options.strength * result.noise[std::size_t(noisy_channels[std::size_t(n)])];
+  for (int n = 0; n < count; ++n) level[n] = std::max(1.0, options.strength) * result.noise[std::size_t(noisy_channels[std::size_t(n)])];
   const Eigen::RowVectorXd middle = psi.colwise().mean();
   Values noisy(psi.rows(), count);
   parallel_for(psi.rows(), [&](std::int64_t k) {
@@ -307,6 +307,7 @@ PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, con
     change.row(k) = (T.transpose() * x).cwiseProduct(level).transpose();
   });
   keep_means(surface, atlas, space, change);
+  if (options.strength < 1) change *= options.strength;
   for (int n = 0; n < count; ++n) result.signal.col(noisy_channels[std::size_t(n)]) += change.col(n);
   return result;
 }

@@ -9,7 +9,9 @@
 namespace mq {
 
 struct PatchDenoiseOptions {
-  double strength = 1;  ///< the deviation of what is taken for noise, in those that are measured: more than 0
+  /// Up to 1 the part of the noise that is taken off; above 1 how many times as strong as it was measured it is
+  /// taken for. More than 0.
+  double strength = 1;
 };
 
 struct PatchDenoised {
@@ -26,8 +28,8 @@ struct PatchDenoised {
 /// chosen by the mean of channels, all of them levelled where they differ by noise alone; then patches of 3 × 3 of all
 /// channels at once, chosen in the result of the first, of which C − σ²I is taken too. A texel becomes the mean of
 /// what all patches that hold it say. Patches are the 48 nearest of 16 × 16 around; their texels those of the chart
-/// and, over its seams, those one gets to by walking on (`ChartWindows`), so that a seam changes little. σ is `strength` times
-/// that of `noise_levels`, per channel, and channels without noise stay as they are.
+/// and, over its seams, those one gets to by walking on (`ChartWindows`), so that a seam changes little. σ is that
+/// of `noise_levels`, per channel, and channels without noise stay as they are.
 ///
 /// A signal without noise comes back bit for bit. The mean of each component of the surface is kept. Texels within
 /// four of the surface's own boundary on both sides, in strips, have no patches and stay. Costs about 10 µs a texel

@@ -23,6 +23,7 @@
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/orient.h"
 #include "mq/model/detail/bake_source.h"
+#include "mq/model/texture_fill.h"
 
 namespace mq {
 namespace {
@@ -323,13 +324,9 @@ void put_baked(const BakedSignal& baked, const ModelSignal& signal, const ValueS
     target.model.colors.is_light = baked.is_light;
     return;
   }
-  const std::vector<Coverage> coverage = texel_coverage(target.surface, *target.atlas);
-  for (std::size_t i = 0; i < target.model.textures.size(); ++i) {
-    Texture& texture = target.model.textures[i];
-    spread_past_borders(*space, int(i), coverage[i], std::numeric_limits<double>::infinity(),
-                        texture.pixels);
-    if (!is_coded) texture.pixels = encoded(texture.pixels, texture, values);
-  }
+  spread_past_charts(*space, target);
+  if (is_coded) return;
+  for (Texture& texture : target.model.textures) texture.pixels = encoded(texture.pixels, texture, values);
 }
 
 }  // namespace mq

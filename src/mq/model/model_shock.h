@@ -35,7 +35,7 @@ SolverFactory texel_solver(const ShockSolverChoice& choice, const TexelSpace& sp
 Length usual_shock_smoothing(const SurfaceScale& scale);
 
 struct ShockRequest {
-  ShockTime time = {ShockTime::Unit::relative, 1};
+  ShockTime time = {ShockTime::Unit::relative, 0.3};  ///< of shapes usually 1
   std::optional<Length> smooth;            ///< of the signal, before edges are found; none: `usual_shock_smoothing`
   std::optional<Length> smooth_potential;  ///< of their strength; the same
   ShockSolverChoice solver;

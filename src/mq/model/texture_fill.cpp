@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "mq/base/error.h"
 
@@ -55,6 +56,13 @@ std::int64_t TextureFill::put(const Solution& solution, Model& model) const {
     outside += spread_past_borders(signal_.space(), int(k), coverage_[k], options_.distance,
                                    model.textures[k].pixels);
   return outside;
+}
+
+void spread_past_charts(const TexelSpace& space, TexturedModel& model) {
+  const std::vector<Coverage> coverage = texel_coverage(model.surface, *model.atlas);
+  for (std::size_t i = 0; i < model.model.textures.size(); ++i)
+    spread_past_borders(space, int(i), coverage[i], std::numeric_limits<double>::infinity(),
+                        model.model.textures[i].pixels);
 }
 
 }  // namespace mq

@@ -55,4 +55,8 @@ class TextureFill {
   std::vector<char> border_;
 };
 
+/// Gives texels of the model's pictures that no chart reads the values of the nearest one that one does, so that
+/// nothing else is to be seen in smaller levels of a mipmap.
+void spread_past_charts(const TexelSpace& space, TexturedModel& model);
+
 }  // namespace mq
