@@ -406,6 +406,38 @@ TEST(SeamDifference, IsLookedAtWhereItShows) {
   EXPECT_EQ(most, 1);
 }
 
+/// Two squares, of 0.4 and 0.6, and beside them a strip of a texel's width, which is black.
+Model squares_and_a_sliver() {
+  Mesh mesh;
+  const double x[] = {0, 1, 2, 2.02, 3};
+  for (const double at : x)
+    for (const double y : {0.0, 1.0}) mesh.positions.push_back({at, y, 0});
+  const double left[] = {0.05, 0.35, 0.65, 0.68}, right[] = {0.3, 0.6, 0.66, 0.93};
+  for (int k = 0; k < 4; ++k) {
+    const int v = 2 * k, t = 4 * k;
+    for (const Vector2& uv : {Vector2(left[k], 0.1), Vector2(right[k], 0.1), Vector2(right[k], 0.4), Vector2(left[k], 0.4)})
+      mesh.uvs.push_back(uv);
+    mesh.triangles.push_back({v, v + 2, v + 3}), mesh.corner_uvs.push_back({t, t + 1, t + 2});
+    mesh.triangles.push_back({v, v + 3, v + 1}), mesh.corner_uvs.push_back({t, t + 2, t + 3});
+  }
+  Image<float> picture(100, 100, 1, 0.6F);
+  for (int y = 0; y < 100; ++y) {
+    for (int i = 0; i < 32; ++i) picture(i, y) = 0.4F;
+    for (int i = 63; i < 68; ++i) picture(i, y) = 0;
+  }
+  return {mesh, picture};
+}
+
+TEST(SeamDifference, IsLookedAtWhereChartsAreLargeEnoughToSee) {
+  const Model model = squares_and_a_sliver();
+  const SeamDifference d = seam_difference(model.surface, model.atlas, {&model.texture});
+  EXPECT_GT(d.worst.point.x(), 1.9);
+  const Renderer renderer(model.surface, &model.atlas);
+  const Sight sight = sight_of_worst_seam(renderer, model.atlas, d, 20);
+  EXPECT_TRUE(sight.clear);
+  EXPECT_NEAR(sight.view.target->x(), 1, 1e-9);
+}
+
 TEST(SeamDifference, SaysThatThereIsNoSeam) {
   const Model model(flat_square(2), noise(8, 8, 3));
   const SeamDifference d = seam_difference(model.surface, model.atlas, {&model.texture});
@@ -414,6 +446,37 @@ TEST(SeamDifference, SaysThatThereIsNoSeam) {
   const Renderer renderer(model.surface, &model.atlas);
   EXPECT_THAT(error_of([&] { sight_of_worst_seam(renderer, model.atlas, d, 40); }),
               HasSubstr("no seam"));
+}
+
+// ---- Several pictures at once ----
+
+TEST(Renderer, DrawsSeveralPicturesAsItDrawsThemAlone) {
+  const Model model(two_chart_quad(), noise(16, 16, 3));
+  const Renderer renderer(model.surface, &model.atlas);
+  RenderOptions options;
+  options.width = 70, options.height = 60;
+  std::vector<RenderOptions> wanted(5, options);
+  wanted[1].seams = RenderOptions::Lines::show;
+  wanted[2].paint = RenderOptions::Paint::charts, wanted[2].light = Light::none;
+  wanted[3].paint = RenderOptions::Paint::clay;
+  wanted[4].paint = RenderOptions::Paint::clay, wanted[4].wires = RenderOptions::Lines::show;
+  const std::vector<Image<float>> together = renderer.draw_together(model.paints(), wanted);
+  ASSERT_EQ(together.size(), wanted.size());
+  for (std::size_t k = 0; k < wanted.size(); ++k)
+    EXPECT_TRUE(together[k] == renderer.draw(model.paints(), wanted[k])) << k;
+  EXPECT_FALSE(together[3] == together[4]);
+}
+
+TEST(Renderer, DrawsOnlyPicturesOfOneViewTogether) {
+  const Model model(two_chart_quad(), noise(16, 16, 3));
+  const Renderer renderer(model.surface, &model.atlas);
+  std::vector<RenderOptions> wanted(2);
+  wanted[1].view = parse_view("back");
+  EXPECT_THAT(error_of([&] { renderer.draw_together(model.paints(), wanted); }), HasSubstr("one view and size"));
+  wanted[1] = wanted[0];
+  wanted[1].paint = RenderOptions::Paint::texture_numbers;
+  EXPECT_THAT(error_of([&] { renderer.draw_together(model.paints(), wanted); }), HasSubstr("one by one"));
+  EXPECT_THAT(error_of([&] { renderer.draw_together(model.paints(), {}); }), HasSubstr("one at least"));
 }
 
 // ---- Sheets ----
