@@ -36,9 +36,9 @@ class CombTool : public VerbTool {
   void drag(const Pick& pick) override {
     if (pick && (stroke_.empty() || stroke_.back() != pick.point)) stroke_.push_back(pick.point);
   }
-  /// A press without a way says nothing.
+  /// A press without a way gives no direction.
   void release() override {
-    if (stroke_.size() < 2) return;
+    if (stroke_.size() < 2) return session_.say("the stroke has no way on the model: drag over it");
     strokes_.resize(done_);
     FieldStroke stroke;
     stroke.points = std::move(stroke_);

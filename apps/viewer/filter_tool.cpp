@@ -184,10 +184,8 @@ bool FilterTool::command(const std::vector<std::string>& words) {
     const std::vector<Vector3> places = places_of(words);
     begin_stroke();
     last_dab_.reset();
-    const int before = changes_;
     for (const Vector3& place : places) dabs_to(place);
-    end_stroke(brush_name());
-    if (changes_ == before) session_.say("the stroke touches nothing");
+    end_brush_stroke();
   } else if (what == "fill") {
     require(words[1] == "everywhere" || words[1] == "nowhere",
             fmt::format("fill: found '{}', wanted everywhere or nowhere", words[1]));

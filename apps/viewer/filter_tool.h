@@ -122,8 +122,9 @@ class FilterTool : public Tool {
   void dabs_to(const Vector3& place);
   void fill(int value);
   int painted_with(int before, double paint) const;
-  void begin_stroke() { stroke_ = Stroke(); }
+  void begin_stroke() { stroke_ = Stroke(), touched_ = false; }
   void end_stroke(const std::string& name);
+  void end_brush_stroke();
   std::string brush_name() const;
 
   // filter_tool_saving.cpp
@@ -165,6 +166,7 @@ class FilterTool : public Tool {
   std::int64_t painted_ = 0;   ///< how many of them are not 0
   std::int64_t smoothed_ = 0;  ///< how many are below 0
   Stroke stroke_;
+  bool touched_ = false;  ///< the stroke came near an unknown, changed or not
   std::optional<Vector3> last_dab_;
   std::vector<Stroke> undo_, redo_;
   int changes_ = 0;         ///< of the mask

@@ -1,4 +1,6 @@
 // What the brush does to the mask, and how it is taken back.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -21,7 +23,16 @@ void FilterTool::drag(const Pick& pick) {
 }
 
 void FilterTool::release() {
-  brushing_ = false;
+  if (brushing_.exchange(false)) end_brush_stroke();
+}
+
+/// A stroke that did nothing says so.
+void FilterTool::end_brush_stroke() {
+  if (!touched_)
+    session_.say(fmt::format("the stroke touches nothing of the model: no {} is within the brush",
+                             at_vertices() ? "vertex" : "texel"));
+  else if (stroke_.unknowns.empty())
+    session_.say("the stroke changes nothing: what it touches is so already");
   end_stroke(brush_name());
 }
 
@@ -50,6 +61,7 @@ void FilterTool::dab(const Vector3& place) {
   const Stopwatch watch;
   const double radius = brush_radius();
   const std::vector<int> unknowns = paint_target_->reach(place, radius);
+  touched_ = touched_ || !unknowns.empty();
   const Spot spot{place, radius, strength_, hardness_};
   std::vector<int> after;
   for (const int k : unknowns)

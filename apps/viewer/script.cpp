@@ -26,11 +26,17 @@ class Player {
     require(!session_.empty || !wants_model(words[0]),
             fmt::format("'{}': there is no model yet: open one first, with 'open FILE'", words[0]));
     if (camera(words) || looks(words) || mouse(line) || window(words) || person(words)) return;
-    require(viewer_.tool() != nullptr,
+    const bool compares = words[0] == "with" && viewer_.task() == Task::compare;
+    require(viewer_.tool() != nullptr || compares,
             fmt::format("'{}' is something that a tool does: take one first, with 'tool NAME'",
                         words[0]));
     wait();
     cause_ = line.number;
+    // The task takes its tool with the first texture.
+    if (compares && (viewer_.tool() == nullptr || viewer_.tool()->name() != "compare")) {
+      viewer_.compare_with({words.begin() + 1, words.end()});
+      return frame();
+    }
     require(viewer_.tool()->command(words),
             fmt::format("the tool {} has no '{}'", viewer_.tool()->name(), words[0]));
     // What goes wrong with a file is this line's affair.

@@ -90,8 +90,7 @@ void StitchTool::drag(const Pick& pick) {
 }
 
 void StitchTool::release() {
-  dragging_ = false;
-  end_stroke();
+  if (dragging_.exchange(false)) end_stroke();
 }
 
 double StitchTool::brush_size() const {
@@ -183,10 +182,12 @@ void StitchTool::give_at(const Vector3& place) {
     for (int k = 0; k < int(charts.size()); ++k)
       if (charts[std::size_t(k)] == chart) unknowns.push_back(k);
   }
+  if (!unknowns.empty()) met_ = std::max(met_, Met::model);
   std::erase_if(unknowns, [&](int k) {
     return photograph_ != unseen &&
            !(partials_[std::size_t(photograph_)].confidence[std::size_t(k)] > 0);
   });
+  if (!unknowns.empty()) met_ = Met::photograph;
   give(unknowns, std::vector<int>(unknowns.size(), photograph_));
 }
 
@@ -209,9 +210,18 @@ void StitchTool::give(const std::vector<int>& unknowns, const std::vector<int>& 
   make_again();
 }
 
+void StitchTool::say_nothing_given() {
+  switch (met_) {
+    case Met::nothing: return session_.say("the stroke touches nothing of the model that has a texture");
+    case Met::model:
+      return session_.say("the stroke changes nothing: " + chosen_name() + " does not show what it touches");
+    case Met::photograph: return session_.say("the stroke changes nothing: what it touches is so already");
+  }
+}
+
 void StitchTool::end_stroke() {
   last_.reset();
-  if (stroke_.unknowns.empty()) return;
+  if (stroke_.unknowns.empty()) return say_nothing_given();
   stroke_.name = chosen_name();
   undo_.push_back(std::move(stroke_));
   stroke_ = {};

@@ -74,8 +74,10 @@ class StitchTool : public VerbTool {
   void begin_stroke() {
     stroke_ = {};
     last_.reset();
+    met_ = Met::nothing;
   }
   void end_stroke();
+  void say_nothing_given();
   void forget_others();
   void save_labels(const std::string& path);
   void write_labels(const std::vector<int>& choice, Depth depth,
@@ -117,6 +119,8 @@ class StitchTool : public VerbTool {
   std::string labels_name_ = "labels.png";
   std::optional<Vector3> last_;
   Stroke stroke_;
+  /// What the stroke has met so far: a part of the model with a texture, such that the photograph shows it.
+  enum class Met { nothing, model, photograph } met_ = Met::nothing;
   std::vector<Stroke> undo_, redo_;
   /// Guarded; what is in the files of --labels, `unseen` everywhere without them.
   std::vector<int> saved_choice_;

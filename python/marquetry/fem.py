@@ -141,7 +141,10 @@ class Space:
         return Solver(self.regularised_system(a, b), self, solver, tolerance, cycles, progress)
 
     def defects(self) -> list[dict[str, Any]]:
-        """What was found wrong with the mesh and its charts: "kind", "severity", "count", "ids", "message"."""
+        """What was found wrong with the mesh and its charts: "kind", "severity", "count", "ids", "message".
+
+        Of texels also the largest "places": "texture", "column" and "row" of a texel amid each, its "texels".
+        """
         return self._own.defects()  # type: ignore[no-any-return]
 
 

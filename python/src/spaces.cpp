@@ -46,6 +46,16 @@ py::list list_of(const Defects& defects) {
     one["count"] = defect.count;
     one["ids"] = defect.ids;
     one["message"] = sentence(defect);
+    py::list places;
+    for (const Defect::Place& place : defect.places) {
+      py::dict at;
+      at["texture"] = place.texture;
+      at["column"] = place.column;
+      at["row"] = place.row;
+      at["texels"] = place.texels;
+      places.append(at);
+    }
+    one["places"] = places;
     all.append(one);
   }
   return all;

@@ -178,6 +178,20 @@ TEST(Options, LeaveTheGroupRunningOutOfTheBriefHelp) {
   EXPECT_THAT(help, Not(HasSubstr("--quiet")));
 }
 
+TEST(Options, KeepUnitsAndDefaultsInTheBriefHelp) {
+  OptionTable table("filter", "Smooth or sharpen a texture.");
+  table.add({.name = "radius",
+             .type = Option::Type::number,
+             .default_value = "2",
+             .unit = "texels",
+             .least = 0,
+             .help = "how far"});
+  table.add({.name = "angle", .type = Option::Type::number, .unit = "degrees", .help = "how steep"});
+  const std::string help = help_text(table, HelpDetail::brief);
+  EXPECT_THAT(help, HasSubstr("how far [in texels, default 2]\n"));
+  EXPECT_THAT(help, HasSubstr("how steep [in degrees]\n"));
+}
+
 TEST(Nearest, CountsInsertionsRemovalsReplacementsAndSwaps) {
   EXPECT_EQ(nearest("fliter", {"filter", "fill"}), "filter");
   EXPECT_EQ(nearest("insp", {"inspect", "render"}), "inspect");

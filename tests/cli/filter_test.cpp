@@ -488,7 +488,7 @@ TEST(Filter, SaysWhoseTextureHasNoArea) {
       marquetry(folder, {"filter", "flat.obj", "a.png", "-o", "o.png", "--beta", "0"});
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.error, HasSubstr("flat.obj: no triangle has texture coordinates and area"));
-  EXPECT_THAT(result.error, HasSubstr("(1 of them: id 0)"));
+  EXPECT_THAT(result.error, HasSubstr("1 triangle with no area in the texture: no texel can show them, left out"));
   const Result drawn =
       marquetry(folder, {"render", "flat.obj", "a.png", "-o", "o.png", "--at", "1,0,0"});
   EXPECT_EQ(drawn.status, 2);

@@ -122,7 +122,7 @@ TEST(Mask, MarksWhatTheChartsUse) {
     return read_texture(folder / (what + ".png")).pixels;
   };
   const Image<float> active = picture("active"), boundary = picture("boundary"),
-                     overlap = picture("overlap"), chart = picture("chart"),
+                     overlap = picture("depth"), chart = picture("chart"),
                      triangle = picture("triangle");
   int triangles[2][2] = {};
   for (int y = 0; y < 48; ++y)

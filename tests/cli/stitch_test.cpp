@@ -142,7 +142,7 @@ TEST(Stitch, RecoversAPictureOfWhichChartsWereShifted) {
                   .status,
               0);
     ASSERT_EQ(marquetry(folder, {"mask", "bust.obj", "-w", "chart", "-o", "charts.png"}).status, 0);
-    ASSERT_EQ(marquetry(folder, {"mask", "bust.obj", "-w", "overlap", "-o", "used.png"}).status, 0);
+    ASSERT_EQ(marquetry(folder, {"mask", "bust.obj", "-w", "depth", "-o", "used.png"}).status, 0);
     const Image<float> charts = read_texture(folder / "charts.png").pixels;
     const Image<float> used = read_texture(folder / "used.png").pixels;
     Image<float> original = read_texture(folder / "bust.png").pixels;

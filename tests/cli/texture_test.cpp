@@ -425,7 +425,7 @@ TEST(Texture, OfABallIsWhatWasPhotographed) {
   ASSERT_EQ(marquetry(folder, words).status, 0);
   const Image<float> truth = read_texture(folder / "ball.png").pixels;
   const Image<float> found = read_texture(folder / "out.png").pixels;
-  ASSERT_EQ(marquetry(folder, {"mask", "ball.obj", "-o", "used.png", "-w", "overlap"}).status, 0);
+  ASSERT_EQ(marquetry(folder, {"mask", "ball.obj", "-o", "used.png", "-w", "depth"}).status, 0);
   const Image<float> used = read_texture(folder / "used.png").pixels;
   double sum = 0;
   int count = 0;

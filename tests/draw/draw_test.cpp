@@ -7,7 +7,6 @@
 
 #include "draw/drawn_model.h"
 #include "mq/draw/scene.h"
-#include "mq/draw/seam_difference.h"
 #include "mq/draw/sheets.h"
 #include "mq/draw/uv_layout.h"
 
@@ -350,70 +349,35 @@ TEST(Render, LooksStraightAtAPlaceUnlessSomethingIsInFront) {
   EXPECT_GT(std::hypot(inner.view.azimuth + 90, inner.view.elevation), 1);
 }
 
-// ---- Seams ----
+// ---- Several pictures at once ----
 
-TEST(SeamDifference, VanishesForOneColour) {
-  const Model model(two_chart_quad(), Image<float>(32, 32, 3, 0.25f));
-  const SeamDifference d = seam_difference(model.surface, model.atlas, {&model.texture});
-  EXPECT_EQ(d.rms, 0);
-  EXPECT_NEAR(d.length, std::sqrt(2), 1e-12);
-  EXPECT_GT(d.places, 30);
-}
-
-TEST(SeamDifference, MeasuresTheJumpBetweenTwoCharts) {
-  Image<float> halves(32, 32, 3);
-  for (int y = 0; y < 32; ++y)
-    for (int x = 16; x < 32; ++x) halves(x, y, 0) = 1;
-  const Model model(two_chart_quad(), halves);
-  const SeamDifference d = seam_difference(model.surface, model.atlas, {&model.texture});
-  EXPECT_NEAR(d.rms, 1 / std::sqrt(3), 1e-6);
-  EXPECT_NEAR(d.worst.difference, 1 / std::sqrt(3), 1e-6);
-  EXPECT_EQ(d.worst.here[0] + d.worst.there[0], 1);
-  EXPECT_NEAR(d.worst.point.x(), d.worst.point.y(), 1e-12);
-  EXPECT_NEAR(d.worst.normal.z(), 1, 1e-12);
-}
-
-TEST(SeamDifference, FindsTheSpotThatDiffers) {
-  Image<float> spot(64, 64, 1);
-  const Model plain(two_chart_quad(), spot);
-  // The texel nearest to the middle of the diagonal, in the first chart.
-  spot(16, 48) = spot(15, 48) = spot(15, 47) = spot(16, 47) = 1;
-  const SeamDifference d = seam_difference(plain.surface, plain.atlas, {&spot});
-  EXPECT_NEAR(d.worst.point.x(), 0.5, 0.1);
-  EXPECT_GT(d.worst.difference, 0.9);
-  EXPECT_LT(d.rms, 0.5);
-}
-
-TEST(SeamDifference, IsLookedAtWhereItShows) {
-  Image<float> halves(32, 32, 3);
-  for (int y = 0; y < 32; ++y)
-    for (int x = 16; x < 32; ++x) halves(x, y, 0) = 1;
-  const Model model(two_chart_quad(), halves);
-  const SeamDifference d = seam_difference(model.surface, model.atlas, {&model.texture});
-  ASSERT_EQ(d.edges.size(), 1u);
-  EXPECT_NEAR(d.edges[0].weight, std::sqrt(2) / 3, 1e-6);
+TEST(Renderer, DrawsSeveralPicturesAsItDrawsThemAlone) {
+  const Model model(two_chart_quad(), noise(16, 16, 3));
   const Renderer renderer(model.surface, &model.atlas);
-  const Sight sight = sight_of_worst_seam(renderer, model.atlas, d, 4);
-  EXPECT_TRUE(sight.clear);
   RenderOptions options;
-  options.width = options.height = 64;
-  options.view = sight.view;
-  options.light = Light::none;
-  const Image<float> picture = renderer.draw(model.paints(), options);
-  const auto [least, most] = std::ranges::minmax(
-      {picture(8, 8, 0), picture(8, 56, 0), picture(56, 8, 0), picture(56, 56, 0)});
-  EXPECT_EQ(least, 0);
-  EXPECT_EQ(most, 1);
+  options.width = 70, options.height = 60;
+  std::vector<RenderOptions> wanted(5, options);
+  wanted[1].seams = RenderOptions::Lines::show;
+  wanted[2].paint = RenderOptions::Paint::charts, wanted[2].light = Light::none;
+  wanted[3].paint = RenderOptions::Paint::clay;
+  wanted[4].paint = RenderOptions::Paint::clay, wanted[4].wires = RenderOptions::Lines::show;
+  const std::vector<Image<float>> together = renderer.draw_together(model.paints(), wanted);
+  ASSERT_EQ(together.size(), wanted.size());
+  for (std::size_t k = 0; k < wanted.size(); ++k)
+    EXPECT_TRUE(together[k] == renderer.draw(model.paints(), wanted[k])) << k;
+  EXPECT_FALSE(together[3] == together[4]);
 }
 
-TEST(SeamDifference, SaysThatThereIsNoSeam) {
-  const Model model(flat_square(2), noise(8, 8, 3));
-  const SeamDifference d = seam_difference(model.surface, model.atlas, {&model.texture});
-  EXPECT_EQ(d.worst.edge, -1);
-  EXPECT_EQ(d.length, 0);
+TEST(Renderer, DrawsOnlyPicturesOfOneViewTogether) {
+  const Model model(two_chart_quad(), noise(16, 16, 3));
   const Renderer renderer(model.surface, &model.atlas);
-  EXPECT_THAT(error_of([&] { sight_of_worst_seam(renderer, model.atlas, d, 40); }),
-              HasSubstr("no seam"));
+  std::vector<RenderOptions> wanted(2);
+  wanted[1].view = parse_view("back");
+  EXPECT_THAT(error_of([&] { renderer.draw_together(model.paints(), wanted); }), HasSubstr("one view and size"));
+  wanted[1] = wanted[0];
+  wanted[1].paint = RenderOptions::Paint::texture_numbers;
+  EXPECT_THAT(error_of([&] { renderer.draw_together(model.paints(), wanted); }), HasSubstr("one by one"));
+  EXPECT_THAT(error_of([&] { renderer.draw_together(model.paints(), {}); }), HasSubstr("one at least"));
 }
 
 // ---- Sheets ----

@@ -83,7 +83,7 @@ TEST(VerbMask, DrawsWhatTexelsAreUsedFor) {
                                                               {"boundary", TexelUse::boundary},
                                                               {"chart", TexelUse::chart},
                                                               {"triangle", TexelUse::triangle},
-                                                              {"overlap", TexelUse::overlap}};
+                                                              {"depth", TexelUse::depth}};
   for (const auto& [name, use] : uses) {
     TwoCharts strip(MissingPictures::assume);
     const std::string wanted =

@@ -121,6 +121,36 @@ TEST(Tasks, CompareWithAnotherTexture) {
   EXPECT_EQ(view(folder, "tool compare\nwith a.png b.png\n", {"sphere.obj"}).status, 2);
 }
 
+TEST(Tasks, CompareWithAnotherTextureWithoutATool) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  Image<float> other = picture(folder, "sphere.png");
+  for (float& value : other.values()) value = 1 - value;
+  write_image(folder / "other.png", other);
+  const Result result =
+      view(folder, "task compare\nwith other.png\nwait\nscreenshot seen.png\n", {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto tool = result.json()["result"]["tool"];
+  EXPECT_EQ(tool["name"], "compare");
+  EXPECT_EQ(tool["with"], nlohmann::json({"other.png"}));
+  EXPECT_GT(tool["found"][0]["rms"], 0.01);
+  const Result without = view(folder, "with other.png\n", {"sphere.obj"});
+  EXPECT_EQ(without.status, 2);
+  EXPECT_THAT(without.error, HasSubstr("'with' is something that a tool does"));
+}
+
+TEST(Tasks, SayThatAStrokeDoesNothing) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  const Result away = view(folder, "task paint\nsize 5%\nstroke 9,9,9\n", {"sphere.obj"});
+  ASSERT_EQ(away.status, 0) << away.error;
+  EXPECT_THAT(away.error, HasSubstr("the stroke touches nothing of the model: no texel is within the brush"));
+  const Result again = view(folder, "task paint\nsize 20%\nbrush erase\nstroke 0,0,1\n", {"sphere.obj"});
+  EXPECT_THAT(again.error, HasSubstr("the stroke changes nothing: what it touches is so already"));
+  const Result sharpened = view(folder, "task paint\nsize 20%\nstroke 0,0,1\n", {"sphere.obj"});
+  EXPECT_THAT(sharpened.error, testing::Not(HasSubstr("the stroke")));
+}
+
 TEST(Tasks, TakeCamerasThatAreDropped) {
   const Folder folder;
   write_sphere(folder, "64");

@@ -138,6 +138,18 @@ void write_photographs(const Folder& folder) {
   write_image(folder / "bright.png", bright);
 }
 
+TEST(StitchTool, SaysThatAStrokeGivesNothing) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  write_photographs(folder);
+  const std::string photographs = "tool stitch\nset partial best.png bright.png\nwait\nphotograph 1\nsize 10%\n";
+  const Result away = view(folder, photographs + "stroke 9,9,9\n", {"sphere.obj"});
+  ASSERT_EQ(away.status, 0) << away.error;
+  EXPECT_THAT(away.error, HasSubstr("the stroke touches nothing of the model that has a texture"));
+  const Result twice = view(folder, photographs + "stroke 0,0,1\nstroke 0,0,1\n", {"sphere.obj"});
+  EXPECT_THAT(twice.error, HasSubstr("the stroke changes nothing: what it touches is so already"));
+}
+
 TEST(StitchTool, GivesRegionsToPhotographsAndTakesTheirBordersOut) {
   const Folder folder;
   write_sphere(folder, "128");

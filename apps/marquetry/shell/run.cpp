@@ -131,12 +131,25 @@ Json file_of(const std::string& message, const std::vector<std::string>& words) 
 }
 
 void Run::found(const Defects& found_defects) {
-  for (Json& one : defects_json(found_defects)) defects.push_back(std::move(one));
+  for (Json& one : defects_json(found_defects, texture_names())) defects.push_back(std::move(one));
+}
+
+std::vector<std::string> Run::texture_names() const {
+  std::vector<std::string> names;
+  if (!input.contains("textures")) return names;
+  for (const Json& texture : input["textures"]) {
+    const std::string name = texture["name"];
+    names.push_back(name.empty() ? fmt::format("texture {}", names.size()) : name);
+  }
+  return names;
 }
 
 void Run::warn(const Defects& found_defects) {
+  const auto serious = [](const Defect& defect) { return defect.severity == Defect::Severity::warning; };
   for (const Defect& defect : found_defects)
-    if (defect.severity == Defect::Severity::warning) terminal_.warning(sentence(defect));
+    if (serious(defect)) terminal_.warning(short_sentence(defect));
+  if (!std::ranges::any_of(found_defects, serious) || !input.contains("files")) return;
+  if (const std::string file = input["files"].front(); !names_held(file)) terminal_.point_to_check(file);
 }
 
 void Run::add_seconds(const std::string& step, double seconds) {
@@ -346,16 +359,33 @@ void write_report(const OptionValues& options, const Json& report) {
   if (options.given("report")) write_file(options.text("report"), bytes_of(json_text(report)));
 }
 
-Json defects_json(const Defects& defects) {
+Json places_json(std::span<const Defect::Place> places, std::span<const std::string> textures) {
+  Json json = Json::array();
+  for (const Defect::Place& place : places) {
+    const bool known = std::size_t(place.texture) < textures.size();
+    json.push_back({{"texture", place.texture},
+                    {"name", known ? Json(textures[std::size_t(place.texture)]) : Json()},
+                    {"column", place.column},
+                    {"row", place.row},
+                    {"texels", place.texels}});
+  }
+  return json;
+}
+
+Json defects_json(const Defects& defects, std::span<const std::string> textures) {
   static constexpr const char* severities[] = {"note", "warning", "refused"};
   Json json = Json::array();
-  for (const Defect& defect : defects)
+  for (const Defect& defect : defects) {
     json.push_back({{"kind", defect.kind},
                     {"severity", severities[int(defect.severity)]},
                     {"element", defect.element},
                     {"count", defect.count},
                     {"ids", defect.ids},
                     {"message", defect.message}});
+    if (defect.places.empty()) continue;
+    json.back()["place_count"] = defect.place_count;
+    json.back()["places"] = places_json(defect.places, textures);
+  }
   return json;
 }
 

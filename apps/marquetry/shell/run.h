@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -72,7 +73,11 @@ class Run {
   /// Puts defects into the report.
   void found(const Defects& defects);
 
-  /// Says on standard error which of them are worth a look.
+  /// Names of the model's textures as `input` has them, "texture 0" where one has none.
+  std::vector<std::string> texture_names() const;
+
+  /// Says on standard error which of them are worth a look, each in a line; where more is to be had
+  /// `Terminal::say_where_more_is` says.
   void warn(const Defects& defects);
 
   /// Told what textures, or colours at vertices, there are of work on its way, and what they are;
@@ -161,7 +166,9 @@ void read_config(const std::filesystem::path& path, OptionValues& options);
 /// Writes the report to the file of --report, if one is given.
 void write_report(const OptionValues& options, const Json& report);
 
-Json defects_json(const Defects& defects);
+/// Texels have their places too, with the name of the texture where it is known.
+Json defects_json(const Defects& defects, std::span<const std::string> textures = {});
+Json places_json(std::span<const Defect::Place> places, std::span<const std::string> textures);
 
 /// JSON as it is written everywhere: indented, bytes that are not UTF-8 replaced.
 std::string json_text(const Json& json);

@@ -177,6 +177,15 @@ void Terminal::say(const char* event, const char* color, const std::string& said
   line(color, text);
 }
 
+void Terminal::point_to_check(const std::string& file) {
+  if (to_check_.empty() && renamed(file) == file) to_check_ = file;
+}
+
+void Terminal::say_where_more_is() {
+  if (!to_check_.empty()) remark("'marquetry check " + to_check_ + "' tells more of these warnings");
+  to_check_.clear();
+}
+
 void Terminal::set_listener(Listener listener) {
   const std::lock_guard lock(listener_mutex_);
   listener_ = std::move(listener);

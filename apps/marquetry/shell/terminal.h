@@ -51,6 +51,11 @@ class Terminal : public Messages {
   /// "part" in lines of JSON. Empty: of the whole.
   void set_part(const std::string& part);
 
+  /// That the verb check knows more of this file than was said: for `say_where_more_is` to say once, of the
+  /// first such file, when the work is done. Not of a file that the user does not know of.
+  void point_to_check(const std::string& file);
+  void say_where_more_is();
+
   /// The innermost step that was last reported, with the frame it belongs to: "frame 3, solve".
   std::string step();
 
@@ -83,6 +88,7 @@ class Terminal : public Messages {
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_ = start_;
   std::string safe_;
+  std::string to_check_;  ///< a file of which check knows more
   std::mutex mutex_, listener_mutex_, safe_mutex_;
   Listener listener_;
   std::vector<std::pair<std::string, std::string>> names_;

@@ -75,7 +75,11 @@ VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal
   const bool sequence = std::ranges::any_of(
       options.table().options(), [](const Option& option) { return is_frames_option(option); });
   if (sequence && !options.has("frames")) refuse_frame_places(options);
-  if (!sequence || !options.has("frames")) return run_once(verb, options, terminal, progress);
+  if (!sequence || !options.has("frames")) {
+    VerbOutcome one = run_once(verb, options, terminal, progress);
+    terminal.say_where_more_is();
+    return one;
+  }
 
   check_frame_places(options);
   const std::vector<int> frames = parse_frames(options.text("frames"));
@@ -89,6 +93,7 @@ VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal
     one.report["frame"] = frame;
     reports.push_back(std::move(one.report));
   }
+  terminal.say_where_more_is();
   all.report = reports.back();
   all.report.erase("frame");
   all.report["options"] = options_json(options);

@@ -23,12 +23,21 @@ const char* heading(Defect::Severity severity) {
   return "";
 }
 
-/// "  warning  mirrored_charts: 3 charts (ids 0, 2, 5)" and the message below.
-std::string entry(const Defect& defect) {
+/// " (ids 0, 2, 5)", or where texels are.
+std::string which(const Defect& defect, const std::vector<std::string>& textures) {
+  const std::string places = places_text(defect.places, defect.place_count, textures, 5);
+  if (!places.empty()) return " " + places;
   const std::string ids = ids_text(defect, 8);
-  return fmt::format("  {:<9}{}: {}{}\n           {}\n", heading(defect.severity), defect.kind,
-                     counted(defect.count, defect.element), ids.empty() ? "" : " (" + ids + ")",
-                     wrap_text(defect.message, 90, 11));
+  return ids.empty() ? "" : " (" + ids + ")";
+}
+
+/// "  warning  mirrored_charts: 3 charts (ids 0, 2, 5)" and the message below.
+std::string entry(const Defect& defect, const std::vector<std::string>& textures) {
+  constexpr int column = 11, width = 101;
+  const std::string found =
+      fmt::format("{}: {}{}", defect.kind, counted(defect.count, defect.element), which(defect, textures));
+  return fmt::format("  {:<9}{}\n           {}\n", heading(defect.severity), wrap_text(found, width, column),
+                     wrap_text(defect.message, 90, column));
 }
 
 /// What only shows when the texels are cut to cells. An atlas of which nothing is left is a defect.
@@ -59,7 +68,7 @@ Exit check(Run& run) {
   const auto serious = std::ranges::count_if(
       defects, [](const Defect& defect) { return defect.severity != Defect::Severity::note; });
   std::string text = scene.model.path.string() + "\n";
-  for (const Defect& defect : defects) text += entry(defect);
+  for (const Defect& defect : defects) text += entry(defect, run.texture_names());
   if (!scene.atlas) text += "  note     the mesh has no texture coordinates\n";
   for (const auto& [name, value] : slots_rows(scene.model))
     text += fmt::format("  note     {}: {}\n", name, value);

@@ -106,6 +106,18 @@ std::string atlas_text(const TexturedModel& scene, const Json& atlas) {
   return text;
 }
 
+/// What the verb check has beyond the rows of defects: notes, and what takes cutting texels to see.
+std::string more_text(const TexturedModel& scene, const Defects& defects) {
+  const auto notes = std::ranges::count(defects, Defect::Severity::note, &Defect::severity);
+  std::string more = notes > 0 ? counted(notes, "note") : "";
+  if (scene.atlas && !refused(defects))
+    more += (more.empty() ? "" : ", and ") + std::string("overlaps and shared texels, which are not looked for here");
+  if (more.empty() && defects.empty()) return "";
+  const std::string check = fmt::format("'marquetry check {}'", scene.model.path.string());
+  if (more.empty()) return row("more", check + " says what is done about them");
+  return row("not listed", fmt::format("{}: {} lists all", more, check));
+}
+
 std::string defects_text(const Defects& defects) {
   std::string text;
   for (const Defect& defect : defects)
@@ -130,7 +142,8 @@ Exit inspect(Run& run) {
   run.result["normals"] = normals_json(scene);
   for (const auto& [name, value] : slots_rows(scene.model)) text += row(name, value);
   for (const auto& [name, value] : normals_rows(run.result["normals"])) text += row(name, value);
-  run.print(text + defects_text(scene.defects()));
+  const Defects defects = scene.defects();
+  run.print(text + defects_text(defects) + more_text(scene, defects));
   return Exit::done;
 }
 

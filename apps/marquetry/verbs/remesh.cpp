@@ -51,8 +51,10 @@ RemeshInput read_side(Run& run, const std::string& option, const Mesh* of_templa
   const Defects defects = side.defects();
   run.found(defects);
   for (const Defect& defect : defects)
-    if (defect.severity == Defect::Severity::warning)
-      run.terminal().warning(file + ": " + sentence(defect));
+    if (defect.severity == Defect::Severity::warning) {
+      run.terminal().warning(file + ": " + short_sentence(defect));
+      run.terminal().point_to_check(file);
+    }
   require_usable(defects, file);
   run.input[option] = {{"file", file},
                        {"vertices", side.model.mesh.vertex_count()},

@@ -55,6 +55,9 @@ void look_at_place(Run& run, const TexturedModel& scene, const ModelRenderer& re
   const Sight sight = renderer.sight_of_seam(seams, extent, view);
   if (!sight.clear)
     run.terminal().remark("the place where seams differ most is hidden; seen from straight above");
+  if (seams.rms < 0.5 / 255)
+    run.terminal().remark(fmt::format("{}: seams differ by {:.2g} of 255, at most {:.2g}: there is little to see", file,
+                                      255 * seams.rms, 255 * seams.worst.difference));
   view = sight.view;
   const Vector3& p = *view.target;
   run.result["seam"] = {

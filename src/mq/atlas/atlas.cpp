@@ -72,7 +72,8 @@ void place_triangles(const Surface& surface, Atlas& atlas) {
   add_defect(atlas.defects, "untextured_triangles", note, "triangle", untextured,
              "no texture is assigned; the surface ends there");
   add_defect(atlas.defects, "triangles_without_uv", warning, "triangle", without_uv,
-             "corners without texture coordinates; the surface ends there");
+             "corners without texture coordinates; the surface ends there",
+             "with corners that lack texture coordinates: the surface ends there");
   add_defect(atlas.defects, "uv_not_finite", refused, "triangle", not_finite,
              "texture coordinates that are not finite numbers: repair the UVs of these triangles");
   add_defect(atlas.defects, "uv_far_away", refused, "triangle", far_away,
@@ -81,7 +82,8 @@ void place_triangles(const Surface& surface, Atlas& atlas) {
   add_defect(atlas.defects, "uv_without_area", warning, "triangle", collapsed,
              "triangles with area on the surface and less than 1e-12 texels in the texture, or "
              "none: no texel can show them, "
-             "they are left out");
+             "they are left out",
+             "with no area in the texture: no texel can show them, left out");
 }
 
 /// Same texture, same two points: the edge lies inside a chart.
@@ -190,7 +192,8 @@ void orient_charts(const Surface& surface, const AtlasOptions& options, Atlas& a
                           extent + "): repair the UVs there, or accept the folds with " +
                           option_name("flipped") + " keep"
                     : "triangles flipped against their chart (" + extent +
-                          "): both layers of the fold read and write the same texels");
+                          "): both layers of the fold read and write the same texels",
+             "flipped against their chart: both layers of the fold share texels");
 }
 
 struct Box {
@@ -257,7 +260,8 @@ void bring_home(Atlas& atlas) {
              "charts that lie in another tile than [0,1]; the texture repeats there");
   add_defect(atlas.defects, "charts_outside", warning, "chart", outside,
              "charts that leave [0,1]: the texture is taken as its wrap mode says, repeated where "
-             "the file says nothing");
+             "the file says nothing",
+             "that leave [0,1]: wrapped as the file says, or repeated");
 }
 
 void list_stretched(const Surface& surface, Atlas& atlas) {
@@ -268,7 +272,8 @@ void list_stretched(const Surface& surface, Atlas& atlas) {
   add_defect(atlas.defects, "stretched_triangles", Defect::Severity::warning, "triangle", stretched,
              fmt::format("triangles stretched beyond {:.0f} : 1 between texture and surface; "
                          "integrated as if it were that",
-                         max_stretch));
+                         max_stretch),
+             fmt::format("stretched beyond {:.0f} : 1 in the texture: integrated as if it were that", max_stretch));
 }
 
 }  // namespace

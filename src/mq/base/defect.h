@@ -24,17 +24,31 @@ struct Defect {
   std::vector<std::int64_t> ids;  ///< the first of them, at most `max_ids`
   std::string message;            ///< what was found, what is done about it, what the user can do
 
-  static constexpr int max_ids = 100;
+  /// What follows "3 triangles" where one line must do: what they are, and what is done about them; empty:
+  /// nothing shorter than the message.
+  std::string brief = {};
+
+  /// Texels that hang together.
+  struct Place {
+    int texture = 0;          ///< counted from 0
+    int column = 0, row = 0;  ///< of a texel amid them, counted from 0 at the left top
+    std::int64_t texels = 0;  ///< how many they are
+  };
+  std::vector<Place> places = {};  ///< of texels, where they are: the largest, at most `max_places`
+  std::int64_t place_count = 0;    ///< of all such places
+
+  static constexpr int max_ids = 100, max_places = 20;
 };
 
 using Defects = std::vector<Defect>;
 
 /// Appends the defect with all its elements, of which the first are listed; nothing if there are none.
+/// `brief`: as `Defect::brief`.
 inline void add_defect(Defects& defects, const std::string& kind, Defect::Severity severity,
                        const std::string& element, const std::vector<std::int64_t>& all,
-                       const std::string& message) {
+                       const std::string& message, const std::string& brief = {}) {
   if (all.empty()) return;
-  Defect defect{kind, severity, element, std::int64_t(all.size()), {}, message};
+  Defect defect{kind, severity, element, std::int64_t(all.size()), {}, message, brief};
   const auto listed = std::min<std::ptrdiff_t>(std::ssize(all), Defect::max_ids);
   defect.ids.assign(all.begin(), all.begin() + listed);
   defects.push_back(std::move(defect));

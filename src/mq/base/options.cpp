@@ -350,15 +350,16 @@ std::string value_name(const Option& option) {
   return all;
 }
 
-std::string facts(const Option& option) {
+std::string facts(const Option& option, HelpDetail detail) {
+  const bool complete = detail == HelpDetail::complete;
   std::vector<std::string> all;
   if (!option.unit.empty()) all.push_back("in " + option.unit);
-  if (const std::string range = range_text(option); !range.empty()) all.push_back(range);
-  if (option.count == Option::Count::many && option.place == Option::Place::named)
+  if (const std::string range = range_text(option); complete && !range.empty()) all.push_back(range);
+  if (complete && option.count == Option::Count::many && option.place == Option::Place::named)
     all.push_back("may be given several times");
   if (!option.default_value.empty())
     all.push_back("default " + option.default_value);
-  else if (option.required)
+  else if (complete && option.required)
     all.push_back("required");
   return all.empty() ? "" : fmt::format(" [{}]", fmt::join(all, ", "));
 }
@@ -427,10 +428,8 @@ std::string option_entry(const Option& option, HelpDetail detail) {
     head += "\n" + std::string(help_column, ' ');
   else
     head.resize(help_column, ' ');
-  const std::string words =
-      detail == HelpDetail::brief
-          ? option.help + (option.default_value.empty() ? "" : " [default " + option.default_value + "]")
-          : option.help + facts(option) + (option.details.empty() ? "" : ". " + option.details);
+  std::string words = option.help + facts(option, detail);
+  if (detail == HelpDetail::complete && !option.details.empty()) words += ". " + option.details;
   return head + wrap_text(words, help_width, help_column) + "\n";
 }
 

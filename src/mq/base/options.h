@@ -145,7 +145,7 @@ OptionValues parse_arguments(const OptionTable& table, const std::vector<std::st
 /// How `--name` is written in messages: "--beta", or "MESH" for a positional option.
 std::string display_name(const Option& option);
 
-/// The help page, 80 columns. Brief: usage and one line with its default for each option outside the group
+/// The help page, 80 columns. Brief: usage and one line with its unit and default for each option outside the group
 /// "Running"; complete: all groups with details and ranges. Examples come last.
 enum class HelpDetail { brief, complete };
 std::string help_text(const OptionTable& table, HelpDetail detail);

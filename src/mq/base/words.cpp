@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace mq {
 namespace {
 
@@ -32,7 +34,33 @@ std::string ids_text(const Defect& defect, int most) {
                      defect.count > shown ? ", ..." : "");
 }
 
+std::string places_text(std::span<const Defect::Place> places, std::int64_t count,
+                        std::span<const std::string> textures, int most) {
+  if (places.empty()) return "";
+  const bool several =
+      textures.size() > 1 || (textures.empty() && std::ranges::any_of(places, &Defect::Place::texture));
+  const auto where = [&](const Defect::Place& place) {
+    const std::string at = fmt::format("at column {}, row {}", place.column, place.row);
+    if (!several) return at;
+    return at + " of " + (std::size_t(place.texture) < textures.size() ? textures[std::size_t(place.texture)]
+                                                                      : fmt::format("texture {}", place.texture));
+  };
+  if (count == 1) return "in 1 place, " + where(places.front());
+  std::string text = fmt::format("in {} places; the largest: ", count);
+  const std::size_t shown = std::min(places.size(), std::size_t(most));
+  for (std::size_t i = 0; i < shown; ++i)
+    text += fmt::format("{}{} {}", i > 0 ? "; " : "", places[i].texels, where(places[i]));
+  return text;
+}
+
+std::string short_sentence(const Defect& defect) {
+  if (defect.brief.empty()) return sentence(defect);
+  return counted(defect.count, defect.element) + " " + defect.brief;
+}
+
 std::string sentence(const Defect& defect) {
+  const std::string where = places_text(defect.places, defect.place_count);
+  if (!where.empty()) return fmt::format("{} ({} of them, {})", defect.message, defect.count, where);
   const std::string ids = ids_text(defect);
   return fmt::format("{} ({} of them{}{})", defect.message, defect.count, ids.empty() ? "" : ": ",
                      ids);

@@ -18,6 +18,7 @@ struct StandingCamera {
   double focal = 1;                   ///< pixels
   Vector2 middle = Vector2::Zero();   ///< pixels
   int width = 1, height = 1;          ///< pixels, of what it sees
+  bool operator==(const StandingCamera&) const = default;
 };
 
 /// A way of looking at a model, before its size and the picture's are known.
@@ -33,6 +34,7 @@ struct View {
                       ///< target; 0: the model fills the picture
   /// In place of all above, but for `up`: what it sees fills the picture, whose other side shows more.
   std::optional<StandingCamera> through = {};
+  bool operator==(const View&) const = default;
 };
 
 /// Vectors given by axes of which y is upright and z to the front, in the model's, and back.

@@ -1,9 +1,7 @@
 // A picture is made in bands of pixel rows, each by one task: rays through a regular grid of
 // samples, light on what they hit, lines over it, the mean per pixel. Bands overlap by the rows
-// that decide whether a line is hidden, so no band needs another.
-//
-// Light is multiplied as light, not as displayed values, and scaled so that a surface that faces
-// the viewer keeps its stored colour.
+// that decide whether a line is hidden, so no band needs another. Pictures with one camera share
+// rays and light, which take most of the time.
 
 #include "mq/draw/render.h"
 
@@ -21,11 +19,11 @@
 #include "mq/base/parallel.h"
 #include "mq/draw/corner_normals.h"
 #include "mq/draw/detail/lines.h"
+#include "mq/draw/detail/shader.h"
 #include "mq/draw/scene.h"
 #include "mq/draw/detail/textures.h"
 #include "mq/image/resample.h"
 #include "mq/mesh/geometry.h"
-#include "mq/mesh/surface_point.h"
 
 namespace mq {
 namespace {
@@ -33,7 +31,6 @@ namespace {
 using Paint = RenderOptions::Paint;
 using Lines = RenderOptions::Lines;
 
-constexpr Colour clay = {0.80f, 0.79f, 0.765f};
 constexpr int band_pixels = 24;  ///< rows of pixels per band
 
 enum Style { wire, end, seam, style_count };
@@ -127,152 +124,97 @@ Camera camera_with_lines(const Mesh& mesh, const RenderOptions& options, int rig
   return {all, options.view, options.width, options.height, right_inset};
 }
 
-/// A displayed value in `light` times the light; `power` is light^(1/2.4). With the curved part of
-/// sRGB on both sides that is (v + 0.055) · power − 0.055, with the straight part v · light.
-double brightened(double v, double light, double power) {
-  const double curved = (v + 0.055) * power - 0.055, straight = v * light;
-  if (light < 1) return std::max(curved, straight);
-  return std::min({curved, straight, std::max(v, 1.0)});  // white stays white
-}
-
-bool shows_numbers(const RenderOptions& options) {
-  return options.paint == Paint::vertex_numbers || options.paint == Paint::texture_numbers;
-}
-
-/// Everything one picture needs while it is drawn.
-struct Job {
-  const Surface& surface;
-  const Atlas* atlas;
-  const Scene& scene;
-  const std::vector<Eigen::Vector3f>& normals;
-  const Paints& paints;
+/// One of the pictures that are drawn together.
+struct Drawing {
   const RenderOptions& options;
-  const Camera& camera;
-  const Vector3 key_light =
-      (-0.5 * camera.right() + 0.65 * camera.up() + 0.57 * camera.backward()).normalized();
+  Shader shader;
+  std::vector<LineStyle> styles;
+  std::vector<ScreenLine> lines;
+  std::vector<std::vector<int>> lines_of;  ///< per band
+  int like = -1;                           ///< an earlier one that differs by its lines alone; -1: none
+  Image<float> picture;
 
-  /// Values of the texture where the ray hit; false where there is none.
-  bool texture_values(const Hit& hit, std::span<float> values) const {
-    if (atlas == nullptr || atlas->chart[hit.triangle] < 0) return false;
-    const auto& corners = atlas->corners[hit.triangle];
-    const double column =
-        interpolate(hit.barycentric, [&](int k) { return corners[k].column(); });
-    const double row = interpolate(hit.barycentric, [&](int k) { return corners[k].row(); });
-    const int texture = surface.mesh.texture(hit.triangle);
-    sample(*paints.textures[texture], column, row, atlas->textures[texture].wrap, values);
-    return true;
+  bool isolines() const { return shows_numbers(options) && options.scale.isolines > 0; }
+  bool is_lit() const { return options.light == RenderOptions::Light::studio; }
+  bool covers_like(const Drawing& other) const {
+    return !shows_numbers(options) && options.paint == other.options.paint && options.light == other.options.light;
   }
+};
 
-  Colour textured(const Hit& hit) const {
-    std::array<float, 16> values;
-    if (atlas == nullptr || atlas->chart[hit.triangle] < 0) return clay;
-    const int channels = paints.textures[surface.mesh.texture(hit.triangle)]->channels();
-    if (!texture_values(hit, std::span(values).first(std::min(channels, 3)))) return clay;
-    if (channels < 3) return {values[0], values[0], values[0]};
-    return {values[0], values[1], values[2]};
+/// What the rays of a row of samples hit, and the light there where somebody wants it.
+struct ShotRow {
+  std::vector<Hit> hits;
+  std::vector<LightAt> lights;
+};
+
+void shoot(const Scene& scene, const Shader& shader, int samples, int row, ShotRow& shot) {
+  const double step = 1.0 / samples;
+  for (int x = 0; x < int(shot.hits.size()); ++x) {
+    shot.hits[x] = scene.hit(shader.camera.ray((x + 0.5) * step, (row + 0.5) * step));
+    if (!shot.lights.empty() && shot.hits[x].triangle >= 0) shot.lights[x] = shader.light_at(shot.hits[x]);
   }
+}
 
-  /// The number shown where the ray hit; none where the surface has no texture.
-  std::optional<float> number(const Hit& hit) const {
-    if (options.paint == Paint::vertex_numbers) return vertex_value(hit, 1, 0);
-    if (options.paint != Paint::texture_numbers || atlas->chart[hit.triangle] < 0) return {};
-    std::vector<float> values(paints.textures[surface.mesh.texture(hit.triangle)]->channels());
-    texture_values(hit, values);
-    return values[options.channel];
-  }
+/// A band of one of the pictures.
+struct DrawnBand {
+  SampleBand samples;
+  std::vector<int> levels;  ///< between isolines, -1: of nothing
 
-  float vertex_value(const Hit& hit, int count, int channel) const {
-    const Triangle& triangle = surface.mesh.triangles[hit.triangle];
-    return float(interpolate(hit.barycentric, [&](int k) {
-      return paints.vertex_values[std::size_t(triangle[k]) * count + channel];
-    }));
-  }
+  bool holds(int row) const { return row >= samples.first_row && row < samples.first_row + samples.rows; }
 
-  Colour albedo(const Hit& hit) const {
-    switch (options.paint) {
-      case Paint::clay: return clay;
-      case Paint::texture: return textured(hit);
-      case Paint::charts:
-        return atlas->chart[hit.triangle] < 0 ? clay : chart_colour(atlas->chart[hit.triangle]);
-      case Paint::vertex_colours:
-        return {vertex_value(hit, 3, 0), vertex_value(hit, 3, 1), vertex_value(hit, 3, 2)};
-      case Paint::vertex_numbers:
-      case Paint::texture_numbers: break;
+  void shade(const Drawing& drawing, const ShotRow& shot, int row, const DrawnBand* like) {
+    for (int x = 0; x < samples.width; ++x) {
+      const Hit& hit = shot.hits[x];
+      const std::size_t at = samples.at(x, row);
+      if (!samples.depths.empty())
+        samples.depths[at] = hit.triangle < 0 ? std::numeric_limits<float>::infinity()
+                                              : float(drawing.shader.camera.project(hit.point).depth);
+      if (hit.triangle < 0) continue;
+      if (like != nullptr && like->holds(row)) {
+        samples.colours[at] = like->samples.colours[like->samples.at(x, row)];
+        continue;
+      }
+      Colour colour = drawing.shader.albedo(hit);
+      if (drawing.is_lit()) colour = drawing.shader.lit(colour, shot.lights[x]);
+      samples.colours[at] = {colour[0], colour[1], colour[2], 1};
+      if (const auto value = levels.empty() ? std::nullopt : drawing.shader.number(hit))
+        levels[at] = isoline_band(*value, drawing.options.scale);
     }
-    const std::optional<float> value = number(hit);
-    return value ? false_colour(*value, options.scale) : clay;
-  }
-
-  Vector3 shading_normal(const Hit& hit) const {
-    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (int k = 0; k < 3; ++k) sum += float(hit.barycentric[k]) * normals[3 * hit.triangle + k];
-    return sum.cast<double>().normalized();
-  }
-
-  /// The light that reaches a place, 1 where the surface faces the viewer.
-  double light_at(const Hit& hit, const Vector3& view, const Vector3& normal) const {
-    const double key = std::max(0.0, normal.dot(key_light));
-    const double light =
-        0.22 + 0.10 * normal.dot(camera.up()) + 0.44 * normal.dot(view) + 0.36 * key;
-    const bool back = triangle_normal(surface.mesh, hit.triangle).dot(view) < 0;
-    return light / (0.22 + 0.44 + 0.36 * 0.57) * (back ? 0.45 : 1.0);
-  }
-
-  Colour lit(const Colour& colour, const Hit& hit) const {
-    const Vector3 view = camera.towards_viewer(hit.point);
-    Vector3 normal = shading_normal(hit);
-    if (normal.dot(view) < 0) normal -= 2 * normal.dot(view) * view;  // the back, or past the rim
-    const double light = light_at(hit, view, normal);
-    const double power = std::pow(light, 1 / 2.4);
-    const double gloss =
-        options.paint == Paint::clay
-            ? 0.06 * std::pow(std::max(0.0, (key_light + view).normalized().dot(normal)), 40)
-            : 0;
-    Colour result;
-    for (int k = 0; k < 3; ++k) result[k] = float(brightened(colour[k], light, power) + gloss);
-    return result;
   }
 
   /// Darkens the samples whose isoline band is not that of a neighbour on the same surface.
-  void draw_isolines(SampleBand& band, const std::vector<int>& levels, float depth_slack) const {
+  void draw_isolines(const RenderOptions& options, float depth_slack) {
     const int width = std::max(1, int(std::lround(0.5 * options.line_width * options.samples)));
-    for (int row = band.first_row; row < band.first_row + band.rows; ++row)
-      for (int x = 0; x < band.width; ++x) {
-        const std::size_t at = band.at(x, row);
+    for (int row = samples.first_row; row < samples.first_row + samples.rows; ++row)
+      for (int x = 0; x < samples.width; ++x) {
+        const std::size_t at = samples.at(x, row);
         const auto differs = [&](int other_x, int other_row) {
-          if (other_x >= band.width || other_row >= band.first_row + band.rows) return false;
-          const std::size_t other = band.at(other_x, other_row);
+          if (other_x >= samples.width || other_row >= samples.first_row + samples.rows) return false;
+          const std::size_t other = samples.at(other_x, other_row);
           return levels[other] >= 0 && levels[other] != levels[at] &&
-                 std::abs(band.depths[other] - band.depths[at]) < depth_slack;
+                 std::abs(samples.depths[other] - samples.depths[at]) < depth_slack;
         };
         bool line = false;
         for (int k = 1; k <= width && levels[at] >= 0 && !line; ++k)
           line = differs(x + k, row) || differs(x, row + k);
-        if (line) band.colours[at] = {0.1f, 0.1f, 0.12f, 1};
+        if (line) samples.colours[at] = {0.1f, 0.1f, 0.12f, 1};
       }
-  }
-
-  void shoot(SampleBand& band, float depth_slack) const {
-    const bool isolines = shows_numbers(options) && options.scale.isolines > 0;
-    std::vector<int> levels(isolines ? band.colours.size() : 0, -1);
-    const double step = 1.0 / options.samples;
-    for (int row = band.first_row; row < band.first_row + band.rows; ++row)
-      for (int x = 0; x < band.width; ++x) {
-        const Hit hit = scene.hit(camera.ray((x + 0.5) * step, (row + 0.5) * step));
-        const std::size_t at = band.at(x, row);
-        if (!band.depths.empty())
-          band.depths[at] = hit.triangle < 0 ? std::numeric_limits<float>::infinity()
-                                             : float(camera.project(hit.point).depth);
-        if (hit.triangle < 0) continue;
-        Colour colour = albedo(hit);
-        if (options.light == RenderOptions::Light::studio) colour = lit(colour, hit);
-        band.colours[at] = {colour[0], colour[1], colour[2], 1};
-        if (const auto value = isolines ? number(hit) : std::nullopt)
-          levels[at] = isoline_band(*value, options.scale);
-      }
-    if (isolines) draw_isolines(band, levels, depth_slack);
   }
 };
+
+/// The rows of pixels that every picture's band `b` has, with those around them that decide what lines show.
+DrawnBand new_band(const Drawing& drawing, int b) {
+  const RenderOptions& options = drawing.options;
+  const int begin = b * band_pixels, end = std::min(begin + band_pixels, options.height);
+  const int margin = int(std::ceil(drawing.styles[seam].half_width + drawing.styles[seam].casing)) + 2;
+  const int extra = drawing.lines_of[b].empty() && !drawing.isolines() ? 0 : margin;
+  DrawnBand band{SampleBand(options.width * options.samples, begin * options.samples - extra,
+                            (end - begin) * options.samples + 2 * extra),
+                 {}};
+  if (extra > 0) band.samples.depths.resize(band.samples.colours.size());
+  if (drawing.isolines()) band.levels.assign(band.samples.colours.size(), -1);
+  return band;
+}
 
 void check_channel(const Paints& paints, int channel) {
   for (std::size_t k = 0; k < paints.textures.size(); ++k)
@@ -384,50 +326,106 @@ Sight Renderer::sight_of(const Vector3& point, const Vector3& normal, double ext
   return best;
 }
 
+namespace {
+
+/// Throws `InvalidInput` unless rays and light are the same for all.
+void check_alike(std::span<const RenderOptions> wanted) {
+  require(!wanted.empty(), "no picture is asked for: ask for one at least");
+  const RenderOptions& first = wanted.front();
+  for (const RenderOptions& other : wanted.subspan(1)) {
+    require(other.view == first.view && other.width == first.width && other.height == first.height &&
+                other.samples == first.samples,
+            "pictures that are drawn together have one view and size");
+    require(!shows_numbers(other) && !shows_numbers(first) && other.lines.empty() && first.lines.empty(),
+            "pictures with legends or lines in space are drawn one by one");
+  }
+}
+
+std::vector<Drawing> drawings_of(std::span<const RenderOptions> wanted, const Shader& shader, const Bands& bands) {
+  std::vector<Drawing> drawings;
+  for (const RenderOptions& options : wanted) {
+    const Shader own{shader.surface, shader.atlas, shader.normals, shader.paints, options, shader.camera};
+    Drawing drawing{options, own, line_styles(options), {}, {}, -1,
+                    Image<float>(options.width, options.height, options.backdrop.channels())};
+    drawing.lines = projected(shader.surface.mesh, edges_of(shader.surface, shader.atlas, options), options,
+                              drawing.styles, shader.camera);
+    drawing.lines_of = lines_by_band(drawing.lines, drawing.styles, bands);
+    for (int k = 0; k < int(drawings.size()) && drawing.like < 0; ++k)
+      if (drawing.covers_like(drawings[k])) drawing.like = k;
+    drawings.push_back(std::move(drawing));
+  }
+  return drawings;
+}
+
+void draw_band(const Scene& scene, int b, float slack, std::vector<Drawing>& drawings) {
+  std::vector<DrawnBand> bands;
+  int first = std::numeric_limits<int>::max(), last = std::numeric_limits<int>::min();
+  for (const Drawing& drawing : drawings) {
+    bands.push_back(new_band(drawing, b));
+    first = std::min(first, bands.back().samples.first_row);
+    last = std::max(last, bands.back().samples.first_row + bands.back().samples.rows);
+  }
+  ShotRow shot;
+  shot.hits.resize(std::size_t(bands[0].samples.width));
+  if (std::ranges::any_of(drawings, &Drawing::is_lit)) shot.lights.resize(shot.hits.size());
+  const auto shows_clay = [](const Drawing& drawing) { return drawing.options.paint == Paint::clay; };
+  const auto clay_one = std::ranges::find_if(drawings, shows_clay);
+  const Shader& lights = (clay_one != drawings.end() ? *clay_one : drawings[0]).shader;
+  for (int row = first; row < last; ++row) {
+    shoot(scene, lights, drawings[0].options.samples, row, shot);
+    for (std::size_t k = 0; k < drawings.size(); ++k)
+      if (bands[k].holds(row))
+        bands[k].shade(drawings[k], shot, row, drawings[k].like < 0 ? nullptr : &bands[drawings[k].like]);
+  }
+  for (std::size_t k = 0; k < drawings.size(); ++k) {
+    Drawing& drawing = drawings[k];
+    const RenderOptions& options = drawing.options;
+    const DepthRule rule = options.view.projection == View::Projection::perspective ? DepthRule::reciprocal
+                                                                                   : DepthRule::linear;
+    if (drawing.isolines()) bands[k].draw_isolines(options, 20 * slack);
+    draw_lines(drawing.lines, drawing.lines_of[b], drawing.styles, rule, slack, bands[k].samples);
+    const int begin = b * band_pixels;
+    resolve(bands[k].samples, options.samples, options.backdrop, begin, std::min(begin + band_pixels, options.height),
+            drawing.picture);
+  }
+}
+
+}  // namespace
+
 Image<float> Renderer::draw(const Paints& paints, const RenderOptions& options,
                             const Progress& progress) const {
+  return std::move(draw_together(paints, {&options, 1}, progress).front());
+}
+
+std::vector<Image<float>> Renderer::draw_together(const Paints& paints, std::span<const RenderOptions> wanted,
+                                                  const Progress& progress) const {
   const Surface& surface = shared_->surface;
-  check(surface, shared_->atlas, paints, options);
+  check_alike(wanted);
+  for (const RenderOptions& options : wanted) check(surface, shared_->atlas, paints, options);
+  const RenderOptions& options = wanted.front();
   const bool with_legend = shows_numbers(options) && options.legend == RenderOptions::Legend::show;
   const Image<float> scale = with_legend ? legend_for(options) : Image<float>();
   require(scale.width() + std::min(options.width, options.height) / 25 < options.width,
           "the picture is too narrow for a legend: make it wider or hide the legend");
   const Camera camera = camera_with_lines(surface.mesh, options, scale.width());
-  const Job job{surface, shared_->atlas, shared_->scene, shared_->normals, paints, options, camera};
 
-  const int samples = options.samples, rows = band_pixels * samples;
-  const Bands bands{rows, (options.height + band_pixels - 1) / band_pixels};
-  const std::vector<LineStyle> styles = line_styles(options);
-  const std::vector<ScreenLine> lines =
-      projected(surface.mesh, edges_of(surface, shared_->atlas, options), options, styles, camera);
-  const auto lines_of = lines_by_band(lines, styles, bands);
-  const DepthRule rule = options.view.projection == View::Projection::perspective
-                             ? DepthRule::reciprocal
-                             : DepthRule::linear;
-  const int margin = int(std::ceil(styles[seam].half_width + styles[seam].casing)) + 2;
-
-  const bool isolines = shows_numbers(options) && options.scale.isolines > 0;
+  const Bands bands{band_pixels * options.samples, (options.height + band_pixels - 1) / band_pixels};
+  const Shader shader{surface, shared_->atlas, shared_->normals, paints, options, camera};
+  std::vector<Drawing> drawings = drawings_of(wanted, shader, bands);
   const Vector3& some = surface.mesh.position(0, 0);
   const float slack = float(2 * camera.pixel_size(std::abs(camera.project(some).depth)));
-
-  Image<float> picture(options.width, options.height, options.backdrop.channels());
   std::atomic<int> done{0};
   parallel_for(
       bands.count,
       [&](std::int64_t b) {
-        const int begin = int(b) * band_pixels, end = std::min(begin + band_pixels, options.height);
-        const int extra = lines_of[b].empty() && !isolines ? 0 : margin;
-        SampleBand band(options.width * samples, begin * samples - extra,
-                        (end - begin) * samples + 2 * extra);
-        if (extra > 0) band.depths.resize(band.colours.size());
-        job.shoot(band, 20 * slack);
-        draw_lines(lines, lines_of[b], styles, rule, slack, band);
-        resolve(band, samples, options.backdrop, begin, end, picture);
+        draw_band(shared_->scene, int(b), slack, drawings);
         progress.at(double(++done) / bands.count);
       },
       1);
-  if (with_legend) put_legend(scale, options, picture);
-  return picture;
+  std::vector<Image<float>> pictures;
+  for (Drawing& drawing : drawings) pictures.push_back(std::move(drawing.picture));
+  if (with_legend) put_legend(scale, options, pictures.front());
+  return pictures;
 }
 
 Colour chart_colour(int id) {

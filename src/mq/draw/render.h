@@ -81,6 +81,12 @@ class Renderer {
   Image<float> draw(const Paints& paints, const RenderOptions& options = {},
                     const Progress& progress = {}) const;
 
+  /// Pictures of one view, size and number of samples that differ in paint, light, lines and backdrop, each to
+  /// the last bit what `draw` gives: rays are shot once for all of them. Throws what `draw` throws, and
+  /// `InvalidInput` where views differ, or where one of several has a legend or lines in space.
+  std::vector<Image<float>> draw_together(const Paints& paints, std::span<const RenderOptions> wanted,
+                                          const Progress& progress = {}) const;
+
   /// A view of `point`, `extent` model units across: of directions up to 60 degrees from `normal`
   /// the one in which it is clear and the surface around fills most of the picture, straight ones
   /// preferred; along −`normal` where it is clear in none.

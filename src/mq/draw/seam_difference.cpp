@@ -35,6 +35,11 @@ struct Lookup {
     seen(point, values);
   }
 
+  /// Texels of the smaller of the two charts.
+  double smaller_chart(HalfEdge h, HalfEdge twin) const {
+    return std::min(atlas.charts[atlas.chart[h / 3]].texel_area, atlas.charts[atlas.chart[twin / 3]].texel_area);
+  }
+
   double texels(HalfEdge h) const {
     const TexelPoint& a = atlas.corners[h / 3][h % 3];
     const TexelPoint& b = atlas.corners[h / 3][(h % 3 + 1) % 3];
@@ -47,6 +52,7 @@ struct EdgeDifference {
   HalfEdge edge;
   double fraction, largest;  ///< of the largest difference
   double weight, center;     ///< ∫ difference², and its centre as a fraction
+  double shown;              ///< as `SeamPlace::shown`
 };
 
 /// The same of some edges; parts are joined in order.
@@ -83,7 +89,7 @@ void add_edge(const Lookup& lookup, HalfEdge h, Part& part) {
       (mesh.position(h / 3, (h % 3 + 1) % 3) - mesh.position(h / 3, h % 3)).norm();
   const double texels = std::max(lookup.texels(h), lookup.texels(twin));
   const int count = int(std::clamp(std::ceil(2 * texels), 1.0, 4096.0));
-  EdgeDifference edge{h, 0.5, -1, 0, 0};
+  EdgeDifference edge{h, 0.5, -1, 0, 0, 0};
   for (int i = 0; i < count; ++i) {
     const double s = (i + 0.5) / count;
     lookup.at(h, s, here);
@@ -91,9 +97,12 @@ void add_edge(const Lookup& lookup, HalfEdge h, Part& part) {
     const double jump = difference(here, there), square = jump * jump;
     edge.weight += square * length / count;
     edge.center += s * square * length / count;
+    edge.shown += std::min(square, SeamPlace::clear * SeamPlace::clear) * length / count;
     part.differences.push_back(float(jump));
     if (jump > edge.largest) edge.largest = jump, edge.fraction = s;
   }
+  const double facing = triangle_normal(mesh, h / 3).dot(triangle_normal(mesh, twin / 3));
+  edge.shown *= std::max(0.05, facing) * std::min(1.0, lookup.smaller_chart(h, twin) / SeamPlace::enough_texels);
   edge.center = edge.weight > 0 ? edge.center / edge.weight : 0.5;
   part.length += length;
   part.edges.push_back(edge);
@@ -106,6 +115,7 @@ SeamPlace place_of(const Lookup& lookup, const EdgeDifference& edge, double frac
   place.edge = h;
   place.fraction = fraction;
   place.weight = edge.weight;
+  place.shown = edge.shown;
   place.point = (1 - fraction) * mesh.position(h / 3, h % 3) +
                 fraction * mesh.position(h / 3, (h % 3 + 1) % 3);
   const Vector3 normal = triangle_normal(mesh, h / 3);
@@ -119,7 +129,7 @@ SeamPlace place_of(const Lookup& lookup, const EdgeDifference& edge, double frac
   return place;
 }
 
-constexpr std::size_t most_edges = 200;
+constexpr std::size_t most_edges = 1000;
 
 }  // namespace
 
@@ -146,7 +156,7 @@ SeamDifference seam_difference(const Surface& surface, const Atlas& atlas,
   double square = 0;
   for (const EdgeDifference& edge : sum.edges) square += edge.weight;
   if (sum.length > 0) result.rms = std::sqrt(square / sum.length);
-  std::ranges::stable_sort(sum.edges, std::ranges::greater(), &EdgeDifference::weight);
+  std::ranges::stable_sort(sum.edges, std::ranges::greater(), &EdgeDifference::shown);
   for (std::size_t i = 0; i < std::min(most_edges, sum.edges.size()); ++i)
     result.edges.push_back(place_of(lookup, sum.edges[i], sum.edges[i].center));
   if (!sum.differences.empty()) {

@@ -20,6 +20,11 @@ struct SeamPlace {
   Vector3 normal = Vector3::Zero();  ///< mean of the two triangles', unit
   double difference = 0;             ///< root mean square over the colour channels
   double weight = 0;                 ///< ∫ difference² along the whole edge, model units
+  double shown = 0;  ///< how much of it a person sees: the same with differences beyond `clear` as if they were
+                     ///< that, less beside charts of fewer than `enough_texels`, in proportion, and less the more the
+                     ///< surface bends there, so that a person sees one side at a time
+
+  static constexpr double clear = 0.15, enough_texels = 512;
   std::vector<float> here, there;    ///< values on the half-edge's side and on its twin's
 };
 
@@ -30,7 +35,7 @@ struct SeamDifference {
   std::int64_t places =
       0;            ///< looked at: about two per texel along each seam, at most 4096 an edge
   SeamPlace worst;  ///< where the difference is largest; of equals the first
-  std::vector<SeamPlace> edges;  ///< the edges of largest weight, largest first, at most 200; each
+  std::vector<SeamPlace> edges;  ///< the edges of which most is `shown`, such first, at most 1000; each
                                  ///< at the centre of its weight
 };
 

@@ -52,16 +52,21 @@ Sight sight_of_worst_seam(const Renderer& renderer, const Atlas& atlas, const Se
   require(!seams.edges.empty(), "there is no seam to look at");
   require(texels > 0, "a view of a seam is more than 0 texels across");
   const double extent = texels * atlas.texel_spacing();
-  Sight best = renderer.sight_of(seams.worst.point, seams.worst.normal, extent, up);
-  double most = 0;
+  Sight best = renderer.sight_of(seams.edges.front().point, seams.edges.front().normal, extent, up);
+  std::vector<std::pair<double, const SeamPlace*>> views;  // what is shown in each
   for (const SeamPlace& place : seams.edges) {
-    double weight = 0;
+    double shown = 0;
     for (const SeamPlace& other : seams.edges)
-      if ((other.point - place.point).norm() < extent / 2) weight += other.weight;
-    if (weight <= most) continue;
-    const Sight sight = renderer.sight_of(place.point, place.normal, extent, up);
-    if (!sight.clear || weight * sight.open * sight.open <= most) continue;
-    most = weight * sight.open * sight.open;
+      if ((other.point - place.point).norm() < extent / 2) shown += other.shown;
+    views.emplace_back(shown, &place);
+  }
+  std::ranges::stable_sort(views, std::ranges::greater(), [](const auto& view) { return view.first; });
+  double most = 0;
+  for (const auto& [shown, place] : views) {
+    if (shown <= most) break;
+    const Sight sight = renderer.sight_of(place->point, place->normal, extent, up);
+    if (!sight.clear || shown * sight.open * sight.open <= most) continue;
+    most = shown * sight.open * sight.open;
     best = sight;
   }
   return best;

@@ -5,6 +5,9 @@
 #include <span>
 
 #include "mq/atlas/coverage.h"
+#include "mq/atlas/texel_patches.h"
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
 #include "mq/fem/texel_space.h"
 
 namespace mq {
@@ -59,20 +62,58 @@ TexelMaps covered_texels(const Surface& surface, const Atlas& atlas, TexelUse us
     for (int y = 0; y < coverage[k].count.height(); ++y)
       for (int x = 0; x < coverage[k].count.width(); ++x) {
         const int count = coverage[k].count(x, y);
-        if (count == 0) continue;
+        if (count == 0 || (use == TexelUse::overlap && count < 2)) continue;
         if (use == TexelUse::triangle)
           mark(maps, int(k), x, y, label_colour(coverage[k].triangle(x, y)));
+        else if (use == TexelUse::overlap)
+          mark(maps, int(k), x, y, 1);
         else
           mark(maps, int(k), x, y, float(std::min(count, 255)) / 255);
       }
   return maps;
 }
 
+/// Sets each of `count` values, `stride` apart, to 1 that is at most `reach` of them from one that is not 0.
+void spread(float* values, int count, std::ptrdiff_t stride, int reach) {
+  std::vector<int> marked;
+  for (int i = 0; i < count; ++i)
+    if (values[i * stride] != 0) marked.push_back(i);
+  int next = 0;  // the first value not set yet
+  for (const int at : marked)
+    for (next = std::max(next, at - reach); next <= std::min(count - 1, at + reach); ++next)
+      values[next * stride] = 1;
+}
+
 }  // namespace
+
+std::vector<Defect::Place> marked_places(const TexelMaps& maps) {
+  std::vector<TexelRun> runs;
+  for (std::size_t k = 0; k < maps.pictures.size(); ++k) {
+    const Image<float>& picture = maps.pictures[k];
+    for (int y = 0; y < picture.height(); ++y)
+      for (int x = 0; x < picture.width(); ++x) {
+        if (std::ranges::all_of(picture.pixel(x, y), [](float value) { return value == 0; })) continue;
+        if (!runs.empty() && runs.back().texture == int(k) && runs.back().row == y && runs.back().last == x - 1)
+          runs.back().last = x;
+        else
+          runs.push_back({int(k), y, x, x});
+      }
+  }
+  return texel_patches(runs);
+}
+
+void grow(TexelMaps& maps, int texels) {
+  for (Image<float>& picture : maps.pictures) {
+    require(picture.channels() == 1, "only marks in black and white can be grown");
+    const int width = picture.width(), height = picture.height();
+    parallel_for(height, [&](std::int64_t y) { spread(&picture(0, int(y)), width, 1, texels); });
+    parallel_for(width, [&](std::int64_t x) { spread(&picture(int(x), 0), height, width, texels); });
+  }
+}
 
 TexelMaps texel_maps(const Surface& surface, const Atlas& atlas, TexelUse use,
                      const Progress& progress) {
-  const bool covered = use == TexelUse::triangle || use == TexelUse::overlap;
+  const bool covered = use == TexelUse::triangle || use == TexelUse::overlap || use == TexelUse::depth;
   return covered ? covered_texels(surface, atlas, use, progress)
                  : read_texels(surface, atlas, use, progress);
 }

@@ -16,7 +16,8 @@ enum class TexelUse {
   boundary,  ///< white: those of them that a seam or an end of the surface touches
   chart,     ///< of those a colour for each chart
   triangle,  ///< a colour for each triangle that covers centres of texels; of several the first
-  overlap    ///< how many triangles cover the centre, as n/255, at most 1
+  overlap,   ///< white: two triangles or more cover the centre
+  depth      ///< how many triangles cover the centre, as n/255, at most 1
 };
 
 struct TexelMaps {
@@ -24,6 +25,13 @@ struct TexelMaps {
   std::int64_t marked = 0;             ///< texels that are not black
   Defects defects;                     ///< of the texel space, where one was made
 };
+
+/// Where marked texels hang together, the largest places first.
+std::vector<Defect::Place> marked_places(const TexelMaps& maps);
+
+/// Marks the texels within so many columns and rows of a marked one too, so that a few can be seen; `marked`
+/// stays. Of pictures in black and white.
+void grow(TexelMaps& maps, int texels);
 
 /// Colours are three times 8 bits, another for each of the first 2²⁴ − 1 charts or triangles, far
 /// apart for neighbours in number. Throws what `TexelSpace` throws for the first three uses.

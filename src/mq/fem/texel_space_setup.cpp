@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mq/atlas/texel_patches.h"
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/detail/texel_space_data.h"
@@ -263,22 +264,18 @@ void TexelSpace::Data::list_defects() {
       several.push_back(
           grid.texel(texels.places[i].texture, texels.places[i].x, texels.places[i].y));
   shared = {};
-  const auto add = [&](const char* kind, const std::vector<std::int64_t>& all,
-                       const char* message) {
-    if (all.empty()) return;
-    Defect defect{kind, Defect::Severity::warning, "texel", std::int64_t(all.size()), {}, message};
-    defect.ids.assign(all.begin(),
-                      all.begin() + std::min<std::ptrdiff_t>(std::ssize(all), Defect::max_ids));
-    defects.push_back(std::move(defect));
+  const auto add = [&](const char* kind, std::vector<std::int64_t> all, const char* message, const char* brief) {
+    add_defect(defects, kind, Defect::Severity::warning, "texel", all, message, brief);
+    if (!all.empty()) list_places(grid, std::move(all), defects.back());
   };
-  add("overlapping_triangles", overlapping,
-      "cells that triangles cover more than once (ids: texel at the left top, counted row by row): "
-      "the "
-      "places of the surface there share one colour; unwrap them apart to treat them apart");
-  add("shared_texels", several,
-      "texels that several charts read (ids counted row by row): charts nearer than a texel's "
-      "footprint share it, so values leak between them; a wider gutter or a larger texture parts "
-      "them");
+  add("overlapping_triangles", std::move(overlapping),
+      "texels between which triangles lie on each other: the places of the surface there share one colour; unwrap "
+      "them apart to treat them apart",
+      "between which triangles lie on each other: one colour for all");
+  add("shared_texels", std::move(several),
+      "texels that several charts read: charts nearer than a texel's footprint share it, so values leak between "
+      "them; a wider gutter or a larger texture parts them",
+      "read by several charts: values leak between them");
 }
 
 }  // namespace mq

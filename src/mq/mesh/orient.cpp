@@ -252,10 +252,12 @@ Oriented oriented(const Mesh& mesh, const Mesh* before) {
   std::ranges::sort(whole);
   add_defect(result.defects, "turned_triangles", Defect::Severity::warning, "triangle", scattered,
              "triangles faced against those beside them: they were flipped, so that each part "
-             "faces one way");
+             "faces one way",
+             "facing against those beside them: flipped");
   add_defect(result.defects, "inside_out_triangles", Defect::Severity::warning, "triangle", whole,
              "triangles of parts that were inside out, or faced against what was there before, "
-             "were flipped with their part");
+             "were flipped with their part",
+             "of parts that were inside out: flipped with their part");
   return result;
 }
 

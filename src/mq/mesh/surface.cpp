@@ -326,7 +326,8 @@ void list_vertices(const Builder& builder, const WeldOptions& weld, Surface& sur
              "used by no triangle; they carry no signal");
   add_defect(surface.defects, "nonmanifold_vertices", warning, "vertex", nonmanifold,
              "several parts of the surface meet in these vertices alone, or at a cut edge: they "
-             "are treated as one vertex per part");
+             "are treated as one vertex per part",
+             "joining parts of the surface alone: taken as one for each part");
 }
 
 void list_edges(const Builder& builder, Surface& surface) {
@@ -342,13 +343,16 @@ void list_edges(const Builder& builder, Surface& surface) {
   using enum Defect::Severity;
   add_defect(surface.defects, "nonmanifold_edges", warning, "edge", nonmanifold,
              "more than two triangles share these edges (each named by its lowest half-edge, "
-             "3 * triangle + corner): where no pair stands out, the surface is cut there");
+             "3 * triangle + corner): where no pair stands out, the surface is cut there",
+             "of more than two triangles: cut there where no pair stands out");
   add_defect(surface.defects, "touching_edges", warning, "edge", touching,
              "more than two triangles meet at these edges because vertices were joined: triangles "
-             "that the file joins stay joined, the surface is cut between the others");
+             "that the file joins stay joined, the surface is cut between the others",
+             "where more than two triangles touch: cut between those that the file parts");
   add_defect(surface.defects, "inconsistent_edges", warning, "edge", inconsistent,
              "the two triangles of these edges are oriented against each other: the surface is cut "
-             "there; orient the faces alike to have it whole");
+             "there; orient the faces alike to have it whole",
+             "between triangles that face against each other: cut there");
 }
 
 void list_triangles(const Builder& builder, Surface& surface) {
@@ -366,12 +370,14 @@ void list_triangles(const Builder& builder, Surface& surface) {
   }
   using enum Defect::Severity;
   add_defect(surface.defects, "degenerate_triangles", warning, "triangle", degenerate,
-             "triangles without area: no integral sees them");
+             "triangles without area: no integral sees them", "without area: no integral sees them");
   add_defect(surface.defects, "triangles_collapsed_by_weld", warning, "triangle", by_weld,
              "triangles that lost their area when vertices were joined: weld with a smaller "
-             "distance to keep them");
+             "distance to keep them",
+             "that lost their area when vertices were joined: no integral sees them");
   add_defect(surface.defects, "duplicate_triangles", warning, "triangle", duplicate,
-             "triangles that repeat an earlier one: they stand alone, beside the surface");
+             "triangles that repeat an earlier one: they stand alone, beside the surface",
+             "that repeat an earlier one: they stand alone, beside the surface");
   add_defect(surface.defects, "two_sided_triangles", note, "triangle", two_sided,
              "triangles that are an earlier one flipped: front and back are separate layers");
 }

@@ -233,7 +233,7 @@ Mesh facing_mesh(const TexturedModel& source, const Mesh& target, Messages& mess
   Oriented oriented = oriented_like(source.model.mesh, target);
   for (const Defect& defect : oriented.defects)
     if (defect.severity == Defect::Severity::warning)
-      messages.warning(source.model.path.string() + ": " + sentence(defect));
+      messages.warning(source.model.path.string() + ": " + short_sentence(defect));
   return std::move(oriented.mesh);
 }
 

@@ -100,8 +100,9 @@ void CapturedTextures::turn_back(const fs::path& path, Captured& captured) {
   captured.model.mesh = std::move(found.mesh);
   for (Defect& defect : found.defects) {
     if (!said_.insert(defect.kind).second) continue;
+    if (defect.severity == Defect::Severity::warning)
+      messages_.warning(path.string() + ": " + short_sentence(defect));
     defect.message = fmt::format("{}: {}", path.string(), defect.message);
-    if (defect.severity == Defect::Severity::warning) messages_.warning(sentence(defect));
     defects_.push_back(std::move(defect));
   }
 }

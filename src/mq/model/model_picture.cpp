@@ -53,11 +53,12 @@ std::vector<Version> ModelRenderer::versions_of(std::span<const Texture> after) 
 
 Image<float> ModelRenderer::overview(const ModelPictureOptions& options,
                                      const Progress& progress) const {
-  std::vector<Tile> tiles;
+  std::vector<RenderOptions> wanted;
+  std::vector<std::string> labels;
   RenderOptions render = options.render;
-  const Paints own = paints(model_.model.textures);
   const auto add = [&](const std::string& label) {
-    tiles.push_back({renderer_.draw(own, render, progress.step(label, 0.16)), label});
+    wanted.push_back(render);
+    labels.push_back(label);
   };
   add(render.paint == Paint::clay ? "shape" : "as it looks");
   if (model_.atlas) {
@@ -67,12 +68,21 @@ Image<float> ModelRenderer::overview(const ModelPictureOptions& options,
     add("charts");
   }
   render.paint = Paint::clay;
-  if (tiles.size() > 1) add("shape");
+  if (labels.size() > 1) add("shape");
   render.wires = Lines::show;
   add("triangles");
+  std::vector<Tile> tiles;
+  const Paints own = paints(model_.model.textures);
+  std::vector<Image<float>> pictures;
+  if (options.render.paint == Paint::vertex_numbers || options.render.paint == Paint::texture_numbers)  // with legends
+    for (const RenderOptions& one : wanted)
+      pictures.push_back(renderer_.draw(own, one, progress.step("draw", 0.8 / double(wanted.size()))));
+  else
+    pictures = renderer_.draw_together(own, wanted, progress.step("draw", 0.8));
+  for (std::size_t k = 0; k < pictures.size(); ++k) tiles.push_back({std::move(pictures[k]), labels[k]});
   if (model_.atlas)
     tiles.push_back(
-        {layout_of(model_, model_.model.textures, options.layout, progress.step("layout", 0.16)),
+        {layout_of(model_, model_.model.textures, options.layout, progress.step("layout", 0.2)),
          "layout"});
   return contact_sheet(tiles, options.sheet);
 }

@@ -152,8 +152,9 @@ void SequenceTracker::say_defects(const CapturedFrame& frame) {
     return defect.severity != Defect::Severity::warning || !said_.insert(defect.kind).second;
   });
   for (Defect& defect : all) {
-    defect.message = fmt::format("{}: {}", frames_.name(frame.frame()), defect.message);
-    messages_.warning(sentence(defect));
+    const std::string name = frames_.name(frame.frame());
+    messages_.warning(name + ": " + short_sentence(defect));
+    defect.message = fmt::format("{}: {}", name, defect.message);
     found_.defects.push_back(std::move(defect));
   }
 }

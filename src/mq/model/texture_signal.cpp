@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "mq/atlas/texel_grid.h"
+#include "mq/atlas/texel_patches.h"
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/words.h"
@@ -59,9 +60,11 @@ Defects shared_texels(const TexelCopies& copies, const std::vector<TextureSize>&
   Defects defects;
   add_defect(
       defects, "shared_texels", Defect::Severity::warning, "texel", ids,
-      "texels that stand for several places of the surface (ids counted row by row): each "
+      "texels that stand for several places of the surface: each "
       "place was worked out by itself, and the picture can show one of them, that of the chart "
-      "which covers the texel's centre; a wider gutter or a larger texture parts them");
+      "which covers the texel's centre; a wider gutter or a larger texture parts them",
+      "that stand for several places of the surface: the picture shows one of them");
+  if (!defects.empty()) list_places(grid, std::move(ids), defects.back());
   return defects;
 }
 
