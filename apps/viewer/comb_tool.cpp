@@ -24,7 +24,7 @@ class CombTool : public VerbTool {
     remark("Stroke the model: lines follow your strokes. The right button turns it.");
     if (done_ > 0) {
       if (ImGui::Button("undo")) tried(session_, [&] { undo(); });
-      if (ask_to_save("strokes", strokes_name_)) tried(session_, [&] { save_strokes(strokes_name_); });
+      if (ask_to_save(session_, "strokes", strokes_name_)) tried(session_, [&] { save_strokes(strokes_name_); });
     }
     VerbTool::panel();
   }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
@@ -226,14 +227,23 @@ void tried(Session& session, const std::function<void()>& what) {
 
 void edit_brush(Length& size, double radius, double area) {
   double percent = radius / std::sqrt(area) * 100;
-  if (slider("brush", percent, {0.1, 50, true}, plain(percent) + " % of the model"))
+  if (slider("brush size", percent, {0.1, 50, true}, plain(percent) + " % of the model"))
     size = {percent, Length::Unit::percent};
 }
 
-bool ask_to_save(const std::string& what, std::string& name) {
+bool ask_to_save(Session& session, const std::string& what, std::string& name) {
   ImGui::InputText(("##" + what).c_str(), &name);
   ImGui::SameLine();
-  return ImGui::Button(("save " + what).c_str());
+  std::error_code ignored;
+  const bool taken = !session.saved_names.contains(name) && std::filesystem::is_regular_file(name, ignored);
+  const bool asks = taken && session.replaced_name == name;
+  const bool pressed = ImGui::Button((asks ? "replace it" : "save " + what).c_str());
+  if (asks) remark(name + " is there already, and not from here.");
+  if (!pressed) return false;
+  session.replaced_name = taken && !asks ? name : "";
+  if (taken && !asks) return false;
+  session.saved_names.insert(name);
+  return true;
 }
 
 void copy_button(Session& session, const std::function<std::string()>& command) {

@@ -38,8 +38,9 @@ void tried(Session& session, const std::function<void()>& what);
 /// `area` are what it is on the surface.
 void edit_brush(Length& size, double radius, double area);
 
-/// A name that can be changed, and a button to save there, "save mask": true once that is pressed.
-bool ask_to_save(const std::string& what, std::string& name);
+/// A name that can be changed, and a button to save there, "save mask": true once that is pressed, twice where a
+/// file of that name is there that was not saved in this session.
+bool ask_to_save(Session& session, const std::string& what, std::string& name);
 
 /// A button that copies what `command` returns.
 void copy_button(Session& session, const std::function<std::string()>& command);

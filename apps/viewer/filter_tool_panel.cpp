@@ -20,7 +20,7 @@ void FilterTool::panel() {
   }
   brush_controls();
   strength_controls();
-  if (ask_to_save(at_vertices() ? "model" : "texture", texture_name_))
+  if (ask_to_save(session_, at_vertices() ? "model" : "texture", texture_name_))
     tried(session_, [&] { save_texture(texture_name_); });
   histogram_controls();
   if (ImGui::CollapsingHeader("more")) more_controls();
@@ -78,7 +78,7 @@ void FilterTool::more_controls() {
   if (ImGui::Button("everywhere")) fill(full);
   ImGui::SameLine();
   if (ImGui::Button("nowhere")) fill(0);
-  if (ask_to_save("mask", mask_name_)) tried(session_, [&] { save_mask(mask_name_); });
+  if (ask_to_save(session_, "mask", mask_name_)) tried(session_, [&] { save_mask(mask_name_); });
   copy_button(session_, [&] { return as_command(); });
   remark(fmt::format("{} {} painted{}", painted_, paint_target_->unknowns(),
                      settled_ ? "" : ", solving"));

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,6 +41,8 @@ struct Session {
   OptionValues opened;  ///< its options, with the files that are open now
   int openings = 0;     ///< how often another model took the place of one
   bool empty = true;    ///< there is no model yet: the scene has no triangle
+  std::set<std::string> saved_names;  ///< that panels saved to, and may save to again
+  std::string replaced_name;          ///< that a panel asks about, as somebody else's file has it
   std::unique_ptr<const TexturedModel> scene;
   std::unique_ptr<mq::Scene> rays;
   std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas

@@ -24,13 +24,16 @@ void StitchTool::panel() {
                            "photograph it comes."
                          : "Name photographs that are textures of this model, then begin; then paint "
                            "on the model from which of them it comes.");
-    if (ImGui::Button(with_cameras_ ? "choose cameras ..." : "choose photographs ...", {-1, 0}))
-      tried(session_, [&] {
-        session_.ask_for_files([this](const std::vector<std::string>& files) {
-          change(photographs_option(), files);
-        });
-      });
   }
+  const std::vector<std::string> chosen = options_.texts(photographs_option());
+  const char* const words = with_cameras_ ? "choose cameras ..." : chosen.empty() ? "choose photographs ..." : "add photographs ...";
+  if ((!ready_ || !with_cameras_) && ImGui::Button(words, {-1, 0}))
+    tried(session_, [&] {
+      session_.ask_for_files([this, chosen](std::vector<std::string> files) {
+        if (!with_cameras_) files.insert(files.begin(), chosen.begin(), chosen.end());
+        change(photographs_option(), files);
+      });
+    });
   VerbTool::panel();
 }
 
@@ -54,7 +57,7 @@ void StitchTool::choices() {
   if (ImGui::Button("undo")) undo();
   ImGui::SameLine();
   if (ImGui::Button("redo")) redo();
-  if (ask_to_save("choice", labels_name_)) tried(session_, [&] { save_labels(labels_name_); });
+  if (ask_to_save(session_, "choice", labels_name_)) tried(session_, [&] { save_labels(labels_name_); });
   ImGui::Separator();
 }
 

@@ -131,7 +131,7 @@ void VerbTool::panel() {
   stage_controls();
   if (!failure_.empty()) remark("What is shown has other options: " + failure_);
   if (has_run_) {
-    if (ask_to_save(at_vertices_ ? "model" : "texture", texture_name_))
+    if (ask_to_save(session_, at_vertices_ ? "model" : "texture", texture_name_))
       tried(session_, [&] { save(texture_name_); });
   }
   if (!ImGui::CollapsingHeader("more")) return;

@@ -211,7 +211,7 @@ void Viewer::picture_controls() {
       ImGui::EndCombo();
     }
   }
-  if (ask_to_save("picture", picture_name_)) screenshot_asked_ = true;
+  if (ask_to_save(session_, "picture", picture_name_)) screenshot_asked_ = true;
 }
 
 void Viewer::change_controls() {
