@@ -26,7 +26,9 @@ void StitchTool::panel() {
                            "on the model from which of them it comes.");
   }
   const std::vector<std::string> chosen = options_.texts(photographs_option());
-  const char* const words = with_cameras_ ? "choose cameras ..." : chosen.empty() ? "choose photographs ..." : "add photographs ...";
+  const char* const words = with_cameras_     ? "choose cameras ..."
+                            : chosen.empty() ? "choose photographs ..."
+                                             : "add photographs ...";
   if ((!ready_ || !with_cameras_) && ImGui::Button(words, {-1, 0}))
     tried(session_, [&] {
       session_.ask_for_files([this, chosen](std::vector<std::string> files) {

@@ -65,7 +65,8 @@ struct Stitched {
   SparseMatrix stiffness;
 };
 
-/// Charts of one baked texture are meant to differ, those of photographs are not: who did not say which are one is told.
+/// Charts of one baked texture are meant to differ, those of photographs are not: who did not say which are there
+/// is told.
 void report_gain(Run& run, double gain) {
   constexpr double noticed = 1.15;
   run.result["largest_gain"] = gain;
