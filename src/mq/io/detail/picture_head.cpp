@@ -40,6 +40,12 @@ bool belongs_to_format(const std::string& tag) {
   return std::ranges::any_of(prefixes, [&](std::string_view p) { return tag.starts_with(p); });
 }
 
+/// What OpenImageIO also writes as IPTC.
+bool goes_as_iptc(const std::string& tag) {
+  static const std::array<std::string_view, 4> names = {"Artist", "Copyright", "ImageDescription", "Software"};
+  return tag.starts_with("IPTC:") || std::ranges::find(names, tag) != names.end();
+}
+
 /// Plain names, which OpenEXR sorts: they must sort in the order of the channels.
 void name_channels(ImageSpec& spec) {
   if (spec.nchannels > 4)
@@ -60,7 +66,7 @@ void state_alpha(const ImageSpec* read, const FileFormat& format, ImageSpec& spe
 void take_over(const ImageSpec& read, bool same_format, Depth depth, ImageSpec& spec) {
   for (const auto& tag : read.extra_attribs) {
     const std::string name = tag.name().string();
-    if (name.starts_with("IPTC:") && tag.get_string().empty()) continue;  // cannot be encoded, and says nothing
+    if (goes_as_iptc(name) && tag.get_string().empty()) continue;  // cannot be encoded, and says nothing
     if (!describes_layout(name) && (same_format || !belongs_to_format(name)))
       spec.extra_attribs.add_or_replace(tag);
   }

@@ -49,18 +49,22 @@ struct Segment {
   unsigned marker;
 };
 
+/// As decoders find them: what is no marker is passed over.
 std::vector<Segment> segments_of(ByteView jpeg) {
+  constexpr unsigned scan = 0xda, end = 0xd9;
   std::vector<Segment> segments;
   for (std::size_t at = 2; at + 4 <= jpeg.size();) {
-    const std::size_t marker = big_endian(jpeg, at, 2), length = big_endian(jpeg, at + 2, 2);
-    constexpr std::size_t filling = 0xffff, scan = 0xffda;
-    if (marker == filling) {
-      ++at;
+    const auto marker = unsigned(jpeg[at] == std::byte(0xff) ? big_endian(jpeg, at + 1, 1) : 0);
+    const bool alone = marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
+    if (marker == scan || marker == end) break;
+    if (marker == 0 || marker == 0xff || alone) {
+      at += alone ? 2 : 1;
       continue;
     }
-    if (marker < 0xff00 || marker == scan || length < 2 || length > jpeg.size() - at - 2) break;
-    segments.push_back({at + 4, at + 2 + length, unsigned(marker & 0xff)});
-    at += 2 + length;
+    const std::size_t length = big_endian(jpeg, at + 2, 2);
+    if (length > jpeg.size() - at - 2) break;
+    if (length >= 2) segments.push_back({at + 4, at + 2 + length, marker});
+    at += 2 + std::max<std::size_t>(length, 2);
   }
   return segments;
 }
