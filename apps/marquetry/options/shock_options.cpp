@@ -7,9 +7,9 @@ namespace mq::app {
 ShockTime asked_time(const OptionValues& options) {
   if (options.has("absolute-time"))
     return {ShockTime::Unit::absolute, options.number("absolute-time")};
+  if (options.has("time")) return {ShockTime::Unit::relative, options.number("time")};
   constexpr double usual_of_shapes = 1;
-  if (options.flag("geometry") && !options.given("time")) return {ShockTime::Unit::relative, usual_of_shapes};
-  return {ShockTime::Unit::relative, options.number("time")};
+  return options.flag("geometry") ? ShockTime{ShockTime::Unit::relative, usual_of_shapes} : ShockRequest{}.time;
 }
 
 namespace {

@@ -233,13 +233,14 @@ void add_path_options(OptionTable& table) {
   table.add({.name = "time",
              .letter = 't',
              .type = Type::number,
-             .default_value = as_typed(ShockRequest{}.time.value),
              .least = 0,
              .most = 1e9,
              .group = "Shock",
-             .help = "how far it goes: at 1 lines of ten texels close up, at 10 the narrowest edges are jumps",
+             .help = fmt::format("how far it goes: at 1 lines of ten texels close up, at 10 the narrowest edges are "
+                                 "jumps [default {}, of shapes 1]",
+                                 as_typed(ShockRequest{}.time.value)),
              .details =
-                 "Of shapes 1 without it. Free of units: 1 is the time in which paths part by a factor e, in the mean "
+                 "Free of units: 1 is the time in which paths part by a factor e, in the mean "
                  "over the surface. An edge twice as wide takes about 16 times as long."});
   table.add({.name = "absolute-time",
              .type = Type::number,
