@@ -347,7 +347,7 @@ TEST(Filter, IsRepeatedWithAStrengthFromItsReport) {
   ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "-o", "a.png", "--strength", "80%", "--report", "a.json"}).status,
             0);
   ASSERT_EQ(marquetry(folder, {"filter", "--config", "a.json", "-o", "b.png"}).status, 0);
-  EXPECT_EQ(file_bytes(folder / "a.png"), file_bytes(folder / "b.png"));
+  EXPECT_TRUE(file_bytes(folder / "a.png") == file_bytes(folder / "b.png"));
 }
 
 TEST(Filter, RunsOverFrames) {

@@ -137,7 +137,7 @@ Exit filter_geometry(Run& run) {
 bool by_luminance(const OptionValues& options, const Model& model) {
   const std::vector<Texture>& textures = model.textures;
   const bool sharpens = options.has("strength") && options.number("strength") > 0;
-  const bool are_normals = options.flag("normals") || options.given("normal-space");
+  const bool are_normals = value_space(options).meaning == ValueSpace::Meaning::normals;
   return (options.flag("luminance") || (sharpens && !are_normals)) &&
          (textures.empty() || textures.front().meaning == TextureMeaning::colours);
 }
