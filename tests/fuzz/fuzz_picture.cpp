@@ -1,9 +1,9 @@
 // Any bytes are refused by an error of ours, or are a picture that can be written in the format it was
 // read from: with the same size and channels, and value for value where the format loses nothing.
 
-#include <cstdlib>
 #include <string>
 
+#include "fuzz/document.h"
 #include "mq/base/error.h"
 #include "mq/io/detail/picture_codec.h"
 #include "mq/io/image_file.h"
@@ -12,10 +12,6 @@ namespace mq {
 namespace {
 
 constexpr double most_pixels = 1 << 20;  // more takes time and finds nothing that fewer do not
-
-void expect(bool condition) {
-  if (!condition) std::abort();
-}
 
 bool keeps_values(const PixelFormat& format) {
   return format.file_format != "jpeg" && format.depth != Depth::f32;

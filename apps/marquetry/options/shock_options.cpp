@@ -8,8 +8,8 @@ ShockTime asked_time(const OptionValues& options) {
   if (options.has("absolute-time"))
     return {ShockTime::Unit::absolute, options.number("absolute-time")};
   if (options.has("time")) return {ShockTime::Unit::relative, options.number("time")};
-  constexpr double usual_of_shapes = 1;
-  return options.flag("geometry") ? ShockTime{ShockTime::Unit::relative, usual_of_shapes} : ShockRequest{}.time;
+  return options.flag("geometry") ? ShockTime{ShockTime::Unit::relative, usual_shock_time_of_shapes}
+                                  : ShockRequest{}.time;
 }
 
 namespace {

@@ -68,7 +68,8 @@ Exit check(Run& run) {
   const auto serious = std::ranges::count_if(
       defects, [](const Defect& defect) { return defect.severity != Defect::Severity::note; });
   std::string text = scene.model.path.string() + "\n";
-  for (const Defect& defect : defects) text += entry(defect, run.texture_names());
+  const std::vector<std::string> names = run.texture_names();
+  for (const Defect& defect : defects) text += entry(defect, names);
   if (!scene.atlas) text += "  note     the mesh has no texture coordinates\n";
   for (const auto& [name, value] : slots_rows(scene.model))
     text += fmt::format("  note     {}: {}\n", name, value);

@@ -55,14 +55,15 @@ bool by_patches(Run& run, bool at_vertices) {
   const OptionValues& options = run.options();
   const auto asked = std::ranges::find_if(of_edges, [&](const char* name) { return asks_for(options, name); });
   const std::string method = options.text("method");
-  if (method == "automatic" && (at_vertices || asked != of_edges.end())) {
-    run.terminal().remark(at_vertices ? std::string("smoothing up to edges, as colours at vertices have no patches")
-                                      : fmt::format("smoothing up to edges, as --{} is given; without it by "
-                                                    "patches, which keeps more detail", *asked));
-    return false;
-  }
-  if (method == "automatic") return true;
   if (method == "edges") return false;
+  if (method == "automatic") {
+    if (at_vertices)
+      run.terminal().remark("smoothing up to edges, as colours at vertices have no patches");
+    else if (asked != of_edges.end())
+      run.terminal().remark(fmt::format(
+          "smoothing up to edges, as --{} is given; without it by patches, which keeps more detail", *asked));
+    return !at_vertices && asked == of_edges.end();
+  }
   require(!at_vertices, "--method patches is for textures: colours at vertices have no patches; leave it out");
   if (asked != of_edges.end())
     throw InvalidInput(fmt::format("--{} is of smoothing up to edges: leave it out, or --method patches", *asked));

@@ -237,8 +237,8 @@ void add_path_options(OptionTable& table) {
              .most = 1e9,
              .group = "Shock",
              .help = fmt::format("how far it goes: at 1 lines of ten texels close up, at 10 the narrowest edges are "
-                                 "jumps [default {}, of shapes 1]",
-                                 as_typed(ShockRequest{}.time.value)),
+                                 "jumps [default {}, of shapes {}]",
+                                 as_typed(ShockRequest{}.time.value), as_typed(usual_shock_time_of_shapes)),
              .details =
                  "Free of units: 1 is the time in which paths part by a factor e, in the mean "
                  "over the surface. An edge twice as wide takes about 16 times as long."});

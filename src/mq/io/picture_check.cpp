@@ -12,6 +12,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/bytes.h"
+#include "mq/io/detail/picture_parts.h"
 #include "mq/io/detail/tiff_bytes.h"
 #include "mq/io/image_file.h"
 
@@ -83,36 +84,19 @@ std::string picture_format(ByteView bytes, const std::string& name) {
 
 bool png_states_colour(ByteView bytes, const std::string& name) {
   bool colour = false;
-  for (std::size_t at = 8;;) {
-    if (bytes.size() < at + 12) break;
-    const auto byte = [&](std::size_t i) { return std::size_t(bytes[at + i]); };
-    const std::size_t length = byte(0) << 24 | byte(1) << 16 | byte(2) << 8 | byte(3);
-    const std::string_view type(reinterpret_cast<const char*>(bytes.data()) + at + 4, 4);
-    if (bytes.size() - at - 12 < length) break;
-    if (type == "IEND") return colour;
-    colour = colour || type == "sRGB" || type == "gAMA" || type == "iCCP";
-    at += 12 + length;
+  std::size_t at = first_png_chunk;
+  while (const std::optional<PngChunk> chunk = next_chunk(bytes, at)) {
+    if (chunk->type == "IEND") return colour;
+    colour = colour || chunk->type == "sRGB" || chunk->type == "gAMA" || chunk->type == "iCCP";
   }
   fail_picture(name,
                fmt::format("the PNG file is cut short at {} bytes; copy it again", bytes.size()));
 }
 
 void check_jpeg_end(ByteView bytes, const std::string& name) {
-  std::size_t at = 2;
-  const auto byte = [&](std::size_t i) { return unsigned(bytes[i]); };
-  while (at + 1 < bytes.size()) {
-    const unsigned marker = byte(at) == 0xff ? byte(at + 1) : 0;
-    const bool alone = marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
-    if (marker == 0xd9) return;
-    if (marker == 0x00 || marker == 0xff)
-      ++at;  // coded pixels, or filling
-    else if (alone)
-      at += 2;
-    else if (at + 3 < bytes.size())
-      at += 2 + (byte(at + 2) << 8 | byte(at + 3));
-    else
-      break;
-  }
+  std::size_t at = first_jpeg_segment;
+  while (const std::optional<JpegSegment> segment = next_segment(bytes, at))
+    if (segment->marker == JpegSegment::end_of_picture) return;
   fail_picture(name,
                fmt::format("the JPEG file is cut short at {} bytes; copy it again", bytes.size()));
 }
@@ -158,12 +142,7 @@ void set_exif_orientation(std::span<std::byte> exif, const ExifOrientation& plac
 }
 
 std::string icc_profile_name(ByteView profile) {
-  const auto word = [&](std::size_t at) {
-    std::size_t value = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-      value = value << 8 | (at + i < profile.size() ? std::size_t(profile[at + i]) : 0);
-    return value;
-  };
+  const auto word = [&](std::size_t at) { return big_endian(profile, at, 4); };
   const auto letters = [&](std::size_t at, std::size_t count, std::size_t width) {
     std::string text;
     for (std::size_t i = 0; i + width <= count && at + i + width <= profile.size(); i += width) {

@@ -34,8 +34,11 @@ SolverFactory texel_solver(const ShockSolverChoice& choice, const TexelSpace& sp
 /// 0.3 % where there are no texels.
 Length usual_shock_smoothing(const SurfaceScale& scale);
 
+/// `ShockTime::Unit::relative` of shapes where nobody says: what is small on them is no print, which a longer time closes.
+inline constexpr double usual_shock_time_of_shapes = 1;
+
 struct ShockRequest {
-  ShockTime time = {ShockTime::Unit::relative, 0.3};  ///< of shapes usually 1
+  ShockTime time = {ShockTime::Unit::relative, 0.3};  ///< of shapes see above
   std::optional<Length> smooth;            ///< of the signal, before edges are found; none: `usual_shock_smoothing`
   std::optional<Length> smooth_potential;  ///< of their strength; the same
   ShockSolverChoice solver;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string_view>
 
+#include "mq/io/detail/picture_parts.h"
 #include "mq/io/detail/tiff_bytes.h"
 
 namespace mq {
@@ -17,13 +18,6 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr const char* colour_profile = "colour profile";
-
-std::size_t big_endian(ByteView bytes, std::size_t at, std::size_t width) {
-  std::size_t value = 0;
-  for (std::size_t i = 0; i < width; ++i)
-    value = value << 8 | (at + i < bytes.size() ? std::to_integer<std::size_t>(bytes[at + i]) : 0);
-  return value;
-}
 
 bool holds(ByteView bytes, std::size_t at, std::string_view text) {
   return bytes.size() >= at && bytes.size() - at >= text.size() &&
@@ -43,28 +37,12 @@ bool is_sound_text(ByteView tag) {
 }
 
 /// A JPEG's segments before its pixels.
-struct Segment {
-  std::size_t at;   ///< its contents, after its length
-  std::size_t end;
-  unsigned marker;
-};
-
-/// As decoders find them: what is no marker is passed over.
-std::vector<Segment> segments_of(ByteView jpeg) {
-  constexpr unsigned scan = 0xda, end = 0xd9;
-  std::vector<Segment> segments;
-  for (std::size_t at = 2; at + 4 <= jpeg.size();) {
-    const auto marker = unsigned(jpeg[at] == std::byte(0xff) ? big_endian(jpeg, at + 1, 1) : 0);
-    const bool alone = marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
-    if (marker == scan || marker == end) break;
-    if (marker == 0 || marker == 0xff || alone) {
-      at += alone ? 2 : 1;
-      continue;
-    }
-    const std::size_t length = big_endian(jpeg, at + 2, 2);
-    if (length > jpeg.size() - at - 2) break;
-    if (length >= 2) segments.push_back({at + 4, at + 2 + length, marker});
-    at += 2 + std::max<std::size_t>(length, 2);
+std::vector<JpegSegment> segments_of(ByteView jpeg) {
+  std::vector<JpegSegment> segments;
+  std::size_t at = first_jpeg_segment;
+  while (const std::optional<JpegSegment> segment = next_segment(jpeg, at)) {
+    if (segment->marker == JpegSegment::scan || segment->marker == JpegSegment::end_of_picture) break;
+    if (segment->begin <= segment->end && segment->end <= jpeg.size()) segments.push_back(*segment);
   }
   return segments;
 }
@@ -76,10 +54,10 @@ SoundPicture sound_jpeg(ByteView jpeg) {
   std::vector<std::size_t> pieces;
   Bytes profile;
   bool sound = true;
-  for (const Segment& segment : segments_of(jpeg)) {
-    if (segment.marker != app2 || !holds(jpeg.first(segment.end), segment.at, mark)) continue;
-    pieces.push_back(segment.at);
-    const std::size_t content = segment.at + mark.size() + 2;
+  for (const JpegSegment& segment : segments_of(jpeg)) {
+    if (segment.marker != app2 || !holds(jpeg.first(segment.end), segment.begin, mark)) continue;
+    pieces.push_back(segment.begin);
+    const std::size_t content = segment.begin + mark.size() + 2;
     sound = sound && content <= segment.end && big_endian(jpeg, content - 2, 1) == pieces.size();
     if (sound) profile.insert(profile.end(), jpeg.begin() + std::ptrdiff_t(content), jpeg.begin() + std::ptrdiff_t(segment.end));
   }
@@ -135,21 +113,16 @@ bool is_sound_chunk(ByteView chunk) {
 
 SoundPicture sound_png(ByteView png) {
   SoundPicture result;
-  constexpr std::size_t first = 8, frame = 12;
   std::size_t kept = 0;
   const auto keep_to = [&](std::size_t end) {
     result.changed.insert(result.changed.end(), png.begin() + std::ptrdiff_t(kept), png.begin() + std::ptrdiff_t(end));
   };
-  for (std::size_t at = first; png.size() - at >= frame;) {
-    const std::size_t length = big_endian(png, at, 4);
-    if (length > png.size() - at - frame) break;
-    const std::size_t next = at + frame + length;
-    if (holds(png, at + 4, "iCCP"sv) && !is_sound_chunk(png.subspan(at + 8, length))) {
-      keep_to(at);
-      kept = next;
-      result.left_out = {colour_profile};
-    }
-    at = next;
+  std::size_t begin = first_png_chunk, at = begin;
+  for (; const std::optional<PngChunk> chunk = next_chunk(png, at); begin = at) {
+    if (chunk->type != "iCCP" || is_sound_chunk(chunk->contents)) continue;
+    keep_to(begin);
+    kept = at;
+    result.left_out = {colour_profile};
   }
   if (kept > 0) keep_to(png.size());
   return result;
