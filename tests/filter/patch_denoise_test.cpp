@@ -14,6 +14,7 @@
 #include "mq/fem/image_space.h"
 #include "mq/filter/chart_windows.h"
 #include "mq/filter/kernels/similar_patches.h"
+#include "mq/filter/noise_curve.h"
 #include "mq/filter/noise_level.h"
 
 namespace mq {
@@ -163,6 +164,115 @@ TEST(DenoiseByPatches, KeepsTheMean) {
   const Eigen::RowVectorXd before = mass.transpose() * noisy.psi,
                            after = mass.transpose() * noisy.denoised().signal;
   EXPECT_LT((after - before).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// Rising from dark to bright over the square, without edges.
+double ramp(const Vector2& x) { return 0.1 + 3 * x.x() * x.x(); }
+
+/// A ramp and its noise by a function of brightness.
+struct NoisyRamp : Noisy {
+  template <class Deviation>
+  NoisyRamp(const fixtures::CutOptions& options, int side, Deviation deviation_at) : Noisy(options, side) {
+    const Random random(6);
+    for (int i = 0; i < space.size(); ++i)
+      for (int c = 0; c < 2; ++c) {
+        truth(i, c) = ramp(x[std::size_t(i)]);
+        psi(i, c) = truth(i, c) + deviation_at(truth(i, c)) * gaussian(random, std::uint64_t(2 * i + c));
+      }
+  }
+};
+
+/// Of counted photons: σ² ∝ v; and of rays that are averaged: σ ∝ v.
+TEST(NoiseCurve, FindsHowNoiseGoesWithBrightness) {
+  for (const double power : {0.0, 0.5, 1.0}) {
+    const NoisyRamp noisy(whole, 320, [&](double v) { return 0.05 * std::pow(v, power); });
+    const ChartWindows windows(noisy.model->surface, noisy.model->atlas, noisy.space);
+    const NoiseCurve curve = noise_curve(windows, noisy.psi);
+    ASSERT_FALSE(curve.is_empty());
+    EXPECT_TRUE(curve.spectrum.empty());
+    for (const double v : {0.2, 0.5, 1.0, 2.0, 3.0})
+      EXPECT_NEAR(curve.at(v, 0) / (0.05 * std::pow(v, power)), 1, 0.15) << v << " to the " << power;
+  }
+}
+
+TEST(NoiseCurve, IsEmptyOfTextureAndOfNothing) {
+  const Noisy noisy(whole, 192);
+  const ChartWindows windows(noisy.model->surface, noisy.model->atlas, noisy.space);
+  EXPECT_TRUE(noise_curve(windows, noisy.truth).is_empty());
+  EXPECT_TRUE(noise_curve(windows, Signal::Constant(noisy.space.size(), 1, 2)).is_empty());
+}
+
+TEST(DenoiseByPatches, TakesOffNoiseThatGoesWithBrightnessWhereverItIs) {
+  const NoisyRamp noisy(whole, 320, [](double v) { return 0.1 * v; });
+  const Signal found = noisy.denoised().signal;
+  for (const auto& [from, to] : {std::pair(0.1, 0.5), std::pair(0.5, 1.5), std::pair(1.5, 3.0)}) {
+    double before = 0, after = 0;
+    for (int i = 0; i < noisy.space.size(); ++i) {
+      if (noisy.truth(i, 0) < from || noisy.truth(i, 0) > to) continue;
+      before += (noisy.psi.row(i) - noisy.truth.row(i)).squaredNorm();
+      after += (found.row(i) - noisy.truth.row(i)).squaredNorm();
+    }
+    EXPECT_LT(after, 0.06 * before) << from << " to " << to;
+  }
+}
+
+/// Texels far above all others go, and hardly any light of theirs stays.
+TEST(DenoiseByPatches, TakesFirefliesOff) {
+  NoisyRamp noisy(whole, 192, [](double v) { return 0.1 * v; });
+  const Random random(8);
+  std::vector<int> flies;
+  for (int i = 0; i < noisy.space.size(); ++i)
+    if (random.uniform(std::uint64_t(i)) < 0.002) flies.push_back(i), noisy.psi.row(i) *= 30;
+  ASSERT_GT(flies.size(), 20U);
+  const PatchDenoised found = noisy.denoised();
+  EXPECT_GE(found.fireflies, int(0.8 * double(flies.size())));
+  EXPECT_LE(found.fireflies, int(1.2 * double(flies.size())));
+  EXPECT_LT(noisy.error(found.signal), 0.06);
+}
+
+/// Noise of a mean of neighbours, as a camera's: σ² of blocks of four is a multiple of what high frequencies say.
+struct SmoothedNoise : Noisy {
+  explicit SmoothedNoise(int side) : Noisy(whole, side, 0) {
+    const Random random(9);
+    const auto white = [&](int x, int y, int c) { return gaussian(random, std::uint64_t((y * 4096 + x) * 2 + c)); };
+    for (int i = 0; i < space.size(); ++i)
+      for (int c = 0; c < 2; ++c) {
+        double sum = 0;
+        for (int dy = -2; dy <= 2; ++dy)
+          for (int dx = -2; dx <= 2; ++dx)
+            sum += std::exp(-(dx * dx + dy * dy) / (2 * 0.8 * 0.8)) *
+                   white(space.texels().places[std::size_t(i)].x + dx + 8, space.texels().places[std::size_t(i)].y + dy + 8, c);
+        truth(i, c) = 0.5 + 0.3 * std::sin(5 * x[std::size_t(i)].x());
+        psi(i, c) = truth(i, c) + deviation / 2.8 * sum;
+      }
+  }
+};
+
+TEST(DenoiseByPatches, TakesOffNoiseThatACameraHasSmoothed) {
+  const SmoothedNoise noisy(256);
+  const PatchDenoised found = noisy.denoised();
+  EXPECT_GT(found.smoothed, 3);
+  EXPECT_LT(noisy.error(found.signal), 0.5 * noisy.error(noisy.psi));
+}
+
+/// The covariance of smoothed noise is that of its values.
+TEST(NoiseCurve, FindsTheCovarianceOfSmoothedNoise) {
+  const SmoothedNoise noisy(320);
+  const ChartWindows windows(noisy.model->surface, noisy.model->atlas, noisy.space);
+  const NoiseCurve curve = noise_curve(windows, noisy.psi);
+  ASSERT_FALSE(curve.spectrum.empty());
+  const Eigen::MatrixXd C = curve.covariance(0, 3) * std::pow(curve.at(0, 0), 2);
+  // Of two texels dx apart: Σ g(t) g(t + dx) over both axes.
+  const auto correlation = [](int d) {
+    double sum = 0;
+    for (int t = -2; t + d <= 2; ++t)
+      if (t >= -2) sum += std::exp(-(t * t + (t + d) * (t + d)) / (2 * 0.8 * 0.8));
+    return sum;
+  };
+  const double unit = std::pow(deviation / 2.8, 2);
+  for (const int d : {0, 1, 2})
+    EXPECT_NEAR(C(0, d), unit * correlation(0) * correlation(d), 0.2 * unit * correlation(0) * correlation(0)) << d;
+  EXPECT_NEAR((C - C.transpose()).norm(), 0, 1e-12);
 }
 
 /// In charts of a few patches each, what is like a patch lies beyond seams.

@@ -82,11 +82,18 @@ Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& ta
       denoise_by_patches(scene.surface, *target.texel_atlas(), *target.texel_space(), before,
                          {.strength = asked_strength(run.options())}, step);
   run.result["noise"] = found.noise;
+  run.result["smoothed"] = found.smoothed;
+  run.result["fireflies"] = found.fireflies;
   const double most = std::ranges::max(found.noise);
   if (most > 0)
-    run.print(fmt::format("noise of deviation {:.3g} was measured\n", most));
+    run.print(fmt::format("noise of deviation {:.3g} was measured{}\n", most,
+                          found.fireflies > 0 ? fmt::format(", and {} fireflies", found.fireflies) : ""));
   else
     warn_of_no_noise(run);
+  if (found.smoothed > 1)
+    run.terminal().remark(fmt::format(
+        "it seems that a camera or JPEG has smoothed the noise: it is {:.1f} times as strong over some texels as from "
+        "one to the next, and taken off so", found.smoothed));
   return std::move(found.signal);
 }
 
@@ -182,8 +189,7 @@ Verb denoise_verb() {
              .most = 1000,
              .group = "Denoise",
              .help = "how much of the noise is taken off: 50 half of it",
-             .details = "Above 100 noise is taken for so much stronger than was measured: 200 to 400 where a camera or "
-                        "JPEG has smoothed it, so that too little was found."});
+             .details = "Above 100 noise is taken for so much stronger than was measured: 200 where some of it is left."});
   add_spread_options(table, usual_denoise_length, by_edges,
                      "how far values spread where no edge is: on the surface scaled to unit area");
   table.add({.name = "edge",

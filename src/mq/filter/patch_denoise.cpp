@@ -1,5 +1,5 @@
-// x = T·ψ/σ, T the cosine transform of the channels: luminance first, and noise of deviation 1 in each.
-// Then twice  P' = m + (C − I)·C⁻¹·(P − m), and back.
+// x = T·ψ/σ, T the cosine transform of the channels: luminance first. Twice patches P of x, in the deviation of their
+// noise and white, become  P' = m + (C − I)·C⁻¹·(P − m); and back.
 
 #include "mq/filter/patch_denoise.h"
 
@@ -17,7 +17,9 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/filter/chart_windows.h"
+#include "mq/filter/detail/fireflies.h"
 #include "mq/filter/kernels/similar_patches.h"
+#include "mq/filter/noise_curve.h"
 #include "mq/filter/noise_level.h"
 #include "mq/mesh/weld.h"
 
@@ -25,8 +27,7 @@ namespace mq {
 
 namespace {
 
-/// Unknowns × channels.
-using Values = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Values = TexelValues;
 
 struct Pass {
   int side = 0;      ///< of a patch
@@ -42,13 +43,57 @@ constexpr double flat_variance = 1.05;
 /// Keeps C of patches that repeat one another invertible, of the variance of noise.
 constexpr float least_variance = 1e-3F;
 
+/// L of the Cholesky factorisation L·Lᵀ of the covariance of noise of a channel, and its inverse, row by row: L⁻¹ makes
+/// noise of patches white.
+struct Whitening {
+  Whitening(const NoiseCurve& noise, int channel, int side) {
+    const Eigen::MatrixXd C = noise.covariance(channel, side);
+    const Eigen::MatrixXd L = C.llt().matrixL();
+    factor = L.cast<float>();
+    inverse = L.inverse().cast<float>();
+  }
+
+  using Triangle = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Triangle factor, inverse;
+};
+
+/// What patches are measured by: one for each channel of each pass; none where noise is white.
+using Whitenings = std::array<std::vector<Whitening>, 2>;
+
+Whitenings whitenings_of(const NoiseCurve& noise, int channels) {
+  Whitenings result;
+  for (int c = 0; c < channels && !noise.spectrum.empty(); ++c) {
+    result[0].emplace_back(noise, c, first_pass.side);
+    result[1].emplace_back(noise, c, second_pass.side);
+  }
+  return result;
+}
+
+/// In place, as rows below do not count.
+void multiply(const Whitening::Triangle& lower, float* rows) {
+  for (Eigen::Index r = lower.rows() - 1; r >= 0; --r) {
+    float* const row = rows + r * most_patches;
+    for (int n = 0; n < most_patches; ++n) row[n] *= lower(r, r);
+    for (Eigen::Index t = 0; t < r; ++t) {
+      const float factor = lower(r, t);
+      const float* const other = rows + t * most_patches;
+      for (int n = 0; n < most_patches; ++n) row[n] += factor * other[n];
+    }
+  }
+}
+
 constexpr float no_patch = std::numeric_limits<float>::infinity();
 
 /// One window, its values in planes and what its patches say.
 class WindowFilter {
  public:
-  WindowFilter(ChartWindow window, const Values& noisy, const Values* basic)
-      : window_(std::move(window)), pass_(basic ? second_pass : first_pass), channels_(int(noisy.cols())) {
+  WindowFilter(ChartWindow window, const Values& noisy, const Values* basic, const NoiseCurve& noise,
+               const Whitenings& whitenings)
+      : window_(std::move(window)),
+        pass_(basic ? second_pass : first_pass),
+        channels_(int(noisy.cols())),
+        noise_(noise),
+        whitenings_(whitenings[basic ? 1 : 0]) {
     noisy_ = planes(noisy);
     if (basic) basic_ = planes(*basic);
     find_anchors();
@@ -157,8 +202,31 @@ class WindowFilter {
         }
   }
 
+  /// The mean brightness of each place of the patches.
+  std::array<float, most_patch_values> brightness_of(std::span<const int> patches) const {
+    std::array<float, most_patch_values * most_patches> values;
+    gather(basic_.empty() ? noisy_ : basic_, patches, 0, 1, values.data());
+    std::array<float, most_patch_values> means{};
+    for (int r = 0; r < pass_.side * pass_.side; ++r) {
+      for (std::size_t n = 0; n < patches.size(); ++n) means[std::size_t(r)] += values[std::size_t(r) * most_patches + n];
+      means[std::size_t(r)] /= float(patches.size());
+    }
+    return means;
+  }
+
+  /// Of noise, a value for each row that `gather` gives.
+  std::array<float, most_patch_values> deviations(const std::array<float, most_patch_values>& brightness,
+                                                  int first_channel, int channels) const {
+    std::array<float, most_patch_values> result{};
+    const int places = pass_.side * pass_.side;
+    for (int c = 0; c < channels; ++c)
+      for (int r = 0; r < places; ++r)
+        result[std::size_t(c * places + r)] = float(noise_.at(brightness[std::size_t(r)], first_channel + c));
+    return result;
+  }
+
   /// Whether the patches differ by noise alone; then their values become the mean of them all.
-  bool level(std::span<const int> patches) {
+  bool level(std::span<const int> patches, const std::array<float, most_patch_values>& brightness) {
     const int rows = pass_.side * pass_.side;
     std::array<float, most_patch_values * most_patches> values;
     std::vector<double> means;
@@ -166,13 +234,16 @@ class WindowFilter {
     const double share = 1.0 / (double(rows) * double(patches.size()));
     for (int c = 0; c < channels_; ++c) {
       gather(noisy_, patches, c, 1, values.data());
-      double sum = 0, squares = 0;
-      for (int r = 0; r < rows; ++r)
+      const std::array<float, most_patch_values> deviation = deviations(brightness, c, 1);
+      double sum = 0, of_noise = 0, squares = 0;
+      for (int r = 0; r < rows; ++r) {
+        of_noise += double(deviation[std::size_t(r)]) * double(deviation[std::size_t(r)]) / rows;
         for (std::size_t n = 0; n < patches.size(); ++n) {
           const double v = double(values[std::size_t(r) * most_patches + n]) - double(values[0]);
           sum += v, squares += v * v;
         }
-      variance += share * squares - share * share * sum * sum;
+      }
+      variance += (share * squares - share * share * sum * sum) / of_noise;
       if (variance > flat_variance * channels_) return false;
       means.push_back(double(values[0]) + share * sum);
     }
@@ -183,20 +254,40 @@ class WindowFilter {
     return true;
   }
 
+  /// Makes noise of deviation 1 of it.
+  static void scale(int rows, const std::array<float, most_patch_values>& deviation, float* values, float* like) {
+    for (int r = 0; r < rows; ++r)
+      for (int n = 0; n < most_patches; ++n) {
+        values[r * most_patches + n] /= deviation[std::size_t(r)];
+        like[r * most_patches + n] /= deviation[std::size_t(r)];
+      }
+  }
+
   void filter(int anchor) {
     std::array<int, most_patches> similar;
     const std::span<const int> patches(similar.data(), std::size_t(find_similar(anchor, similar)));
     for (const int patch : patches)
       for (int j = 0; j < pass_.side; ++j)
         for (int i = 0; i < pass_.side; ++i) weight_[std::size_t(patch + j * window_.width + i)] += 1;
-    if (basic_.empty() && level(patches)) return;
+    const std::array<float, most_patch_values> brightness = brightness_of(patches);
+    if (basic_.empty() && level(patches, brightness)) return;
     std::array<float, most_patch_values * most_patches> values{}, like{};
     for (int c = 0; c < channels_; c += pass_.together) {
       const int channels = std::min(pass_.together, channels_ - c), rows = channels * pass_.side * pass_.side;
       gather(noisy_, patches, c, channels, values.data());
       if (!basic_.empty()) gather(basic_, patches, c, channels, like.data());
+      const std::array<float, most_patch_values> deviation = deviations(brightness, c, channels);
+      scale(rows, deviation, values.data(), like.data());
+      for (int k = 0; k < channels && !whitenings_.empty(); ++k) {
+        multiply(whitenings_[std::size_t(c + k)].inverse, values.data() + k * rows / channels * most_patches);
+        multiply(whitenings_[std::size_t(c + k)].inverse, like.data() + k * rows / channels * most_patches);
+      }
       similar_patch_kernels().shrink(rows, int(patches.size()), basic_.empty() ? least_variance : 1,
                                      basic_.empty() ? values.data() : like.data(), values.data());
+      for (int k = 0; k < channels && !whitenings_.empty(); ++k)
+        multiply(whitenings_[std::size_t(c + k)].factor, values.data() + k * rows / channels * most_patches);
+      for (int r = 0; r < rows; ++r)
+        for (int n = 0; n < most_patches; ++n) values[std::size_t(r * most_patches + n)] *= deviation[std::size_t(r)];
       add(patches, c, channels, values.data());
     }
   }
@@ -204,6 +295,8 @@ class WindowFilter {
   ChartWindow window_;
   Pass pass_;
   int channels_;
+  const NoiseCurve& noise_;
+  const std::vector<Whitening>& whitenings_;
   std::vector<float> noisy_, basic_;  ///< planes; the latter empty in the first pass
   std::vector<float> sum_;            ///< planes
   std::vector<float> weight_;
@@ -212,7 +305,8 @@ class WindowFilter {
 };
 
 /// What the patches of all windows say; changes are added up window by window, whatever the threads do.
-Values pass_over(const ChartWindows& windows, const Values& noisy, const Values* basic, const Progress& progress) {
+Values pass_over(const ChartWindows& windows, const Values& noisy, const Values* basic, const NoiseCurve& noise,
+                 const Whitenings& whitenings, const Progress& progress) {
   Values change = Values::Zero(noisy.rows(), noisy.cols());
   std::vector<float> weight(std::size_t(noisy.rows()), 0);
   constexpr int at_once = 128;
@@ -223,7 +317,7 @@ Values pass_over(const ChartWindows& windows, const Values& noisy, const Values*
     parallel_for(
         count,
         [&](std::int64_t k) {
-          filtered[std::size_t(k)].emplace(windows.window(first + int(k), window_border), noisy, basic);
+          filtered[std::size_t(k)].emplace(windows.window(first + int(k), window_border), noisy, basic, noise, whitenings);
         },
         1);
     for (const std::optional<WindowFilter>& window : filtered) window->add_to(change, weight);
@@ -243,6 +337,61 @@ Eigen::MatrixXd cosine_transform(int count) {
       T(k, i) = std::sqrt((k == 0 ? 1.0 : 2.0) / count) * std::cos(std::numbers::pi * (i + 0.5) * k / count);
   return T;
 }
+
+/// Planes in which noise of different channels has little in common, luminance first.
+class NoisePlanes {
+ public:
+  /// Of the channels that have noise.
+  NoisePlanes(const Signal& psi, const std::vector<double>& noise) : middle_(psi.colwise().mean()) {
+    for (int c = 0; c < int(psi.cols()); ++c)
+      if (noise[std::size_t(c)] > 0) channels_.push_back(c);
+    T_ = cosine_transform(count());
+    level_.resize(count());
+    for (int n = 0; n < count(); ++n) level_[n] = noise[std::size_t(channels_[std::size_t(n)])];
+  }
+
+  int count() const { return int(channels_.size()); }
+
+  /// The luminance of 0.
+  double black() const {
+    double sum = 0;
+    for (int n = 0; n < count(); ++n) sum -= T_(0, n) * middle_[channels_[std::size_t(n)]] / level_[n];
+    return sum;
+  }
+
+  Signal of(const Signal& psi) const {
+    Signal planes(psi.rows(), count());
+    parallel_for(psi.rows(), [&](std::int64_t k) {
+      Eigen::VectorXd x(count());
+      for (int n = 0; n < count(); ++n) {
+        const int c = channels_[std::size_t(n)];
+        x[n] = (psi(k, c) - middle_[c]) / level_[n];
+      }
+      planes.row(k) = (T_ * x).transpose();
+    });
+    return planes;
+  }
+
+  /// The change of channels that a change of the planes is.
+  Signal change(const Values& from, const Values& to) const {
+    Signal result(from.rows(), count());
+    parallel_for(from.rows(), [&](std::int64_t k) {
+      const Eigen::VectorXd x = (to.row(k) - from.row(k)).transpose().cast<double>();
+      result.row(k) = (T_.transpose() * x).cwiseProduct(level_).transpose();
+    });
+    return result;
+  }
+
+  void add(const Signal& change, Signal& psi) const {
+    for (int n = 0; n < count(); ++n) psi.col(channels_[std::size_t(n)]) += change.col(n);
+  }
+
+ private:
+  std::vector<int> channels_;
+  Eigen::RowVectorXd middle_;
+  Eigen::MatrixXd T_;
+  Eigen::VectorXd level_;
+};
 
 /// Takes the mean of a change, over each component of the surface, out of it.
 void keep_means(const Surface& surface, const Atlas& atlas, const TexelSpace& space, Signal& change) {
@@ -280,35 +429,32 @@ PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, con
                       space.size()));
   const ChartWindows windows(surface, atlas, space);
   PatchDenoised result{psi, noise_levels(windows, psi, progress.step("measure noise", 0.03))};
-  std::vector<int> noisy_channels;
-  for (int c = 0; c < int(psi.cols()); ++c)
-    if (result.noise[std::size_t(c)] > 0) noisy_channels.push_back(c);
-  if (noisy_channels.empty()) return result;
+  const NoisePlanes planes(psi, result.noise);
+  if (planes.count() == 0) return result;
 
-  const int count = int(noisy_channels.size());
-  const Eigen::MatrixXd T = cosine_transform(count);
-  Eigen::VectorXd level(count);
-  for (int n = 0; n < count; ++n) level[n] = std::max(1.0, options.strength) * result.noise[std::size_t(noisy_channels[std::size_t(n)])];
-  const Eigen::RowVectorXd middle = psi.colwise().mean();
-  Values noisy(psi.rows(), count);
-  parallel_for(psi.rows(), [&](std::int64_t k) {
-    Eigen::VectorXd x(count);
-    for (int n = 0; n < count; ++n) {
-      const int c = noisy_channels[std::size_t(n)];
-      x[n] = (psi(k, c) - middle[c]) / level[n];
-    }
-    noisy.row(k) = (T * x).transpose().cast<float>();
-  });
-  const Values basic = pass_over(windows, noisy, nullptr, progress.step("patches of channels", 0.46));
-  const Values best = pass_over(windows, noisy, &basic, progress.step("patches of colours", 0.51));
-  Signal change(psi.rows(), count);
-  parallel_for(psi.rows(), [&](std::int64_t k) {
-    const Eigen::VectorXd x = (best.row(k) - noisy.row(k)).transpose().cast<double>();
-    change.row(k) = (T.transpose() * x).cwiseProduct(level).transpose();
-  });
+  Values noisy;
+  NoiseCurve noise;
+  {
+    const Signal exact = planes.of(psi);
+    noise = noise_curve(windows, exact, progress.step("measure noise by brightness", 0.03));
+    noisy = exact.cast<float>();
+  }
+  result.smoothed = noise.smoothed();
+  const bool is_white = !noise.is_empty() && noise.spectrum.empty();
+  if (noise.is_empty()) noise = {.brightness = {0}, .deviation = Signal::Ones(1, planes.count()), .spectrum = {}};
+  noise.deviation *= std::max(1.0, options.strength);
+
+  Values steady = noisy;
+  if (is_white && noise.grows(0, planes.black())) result.fireflies = take_fireflies_off(windows, noise, steady);
+  const Whitenings whitenings = whitenings_of(noise, planes.count());
+  const Values basic =
+      pass_over(windows, steady, nullptr, noise, whitenings, progress.step("patches of channels", 0.45));
+  const Values best = pass_over(windows, steady, &basic, noise, whitenings, progress.step("patches of colours", 0.49));
+  Signal change = planes.change(steady, best);
   keep_means(surface, atlas, space, change);
+  if (result.fireflies > 0) change += planes.change(noisy, steady);
   if (options.strength < 1) change *= options.strength;
-  for (int n = 0; n < count; ++n) result.signal.col(noisy_channels[std::size_t(n)]) += change.col(n);
+  planes.add(change, result.signal);
   return result;
 }
 

@@ -17,6 +17,8 @@ struct PatchDenoiseOptions {
 struct PatchDenoised {
   Signal signal;
   std::vector<double> noise;  ///< its deviation, per channel, as `noise_levels` finds it; 0: the channel is as it was
+  double smoothed = 1;        ///< as `NoiseCurve::smoothed`
+  int fireflies = 0;          ///< texels that stood out far above noise
 };
 
 /// Texture repeats itself, noise does not: each patch P of texels is filtered together with those Q like it around it,
@@ -29,9 +31,13 @@ struct PatchDenoised {
 /// channels at once, chosen in the result of the first, of which C − σ²I is taken too. A texel becomes the mean of
 /// what all patches that hold it say. Patches are the 48 nearest of 16 × 16 around; their texels those of the chart
 /// and, over its seams, those one gets to by walking on (`ChartWindows`), so that a seam changes little. σ is that
-/// of `noise_levels`, per channel, and channels without noise stay as they are.
+/// of `noise_levels`, per channel, and channels without noise stay as they are. Where `noise_curve` knows more, each
+/// place of the patches has the σ of its mean brightness in Q, and noise that was smoothed its covariance instead of
+/// σ²I (patches are whitened). Where noise is white and grows with brightness it is that of averaged rays: texels that
+/// surpass all around them by 6 σ, fireflies, first become the median of those.
 ///
-/// A signal without noise comes back bit for bit. The mean of each component of the surface is kept. Texels within
+/// A signal without noise comes back bit for bit. The mean of each component of the surface is kept, but for what
+/// fireflies held. Texels within
 /// four of the surface's own boundary on both sides, in strips, have no patches and stay. Costs about 10 µs a texel
 /// of three channels on one core, and memory for three signals in single precision.
 ///

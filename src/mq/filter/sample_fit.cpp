@@ -13,7 +13,7 @@ namespace {
 
 constexpr double to_the_mean = 1e-3;  // η
 constexpr double least_seen = 0.1;
-constexpr double tolerance = 1e-4;
+constexpr double fit_tolerance = 1e-4;
 constexpr double hardly = 1e-6;  ///< of the mean area of a function
 
 /// Adds to an entry of a symmetric matrix; where the pattern lacks it, which is so of functions
@@ -120,7 +120,7 @@ Filtered SampleFit::least_squares(const Progress& progress) const {
       b.row(i) = fit.signal.row(i);
   }
   fit.report = conjugate_gradients(A, b, fit.signal, jacobi_preconditioner(A),
-                                   {.tolerance = tolerance}, progress);
+                                   {.tolerance = fit_tolerance}, progress);
   for (int i = 0; i < space_.size(); ++i)
     if (!is_known[std::size_t(i)]) fit.signal.row(i).setZero();
   return fit;
