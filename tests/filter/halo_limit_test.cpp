@@ -77,6 +77,25 @@ TEST(HaloLimit, SharpensWhereContrastIsLowBitForBitAsTheEquationDoes) {
               equation.solve(psi, beta).signal);
 }
 
+/// Ripples of half the threshold stay bit for bit, those of three times it become what they are without one.
+TEST(HaloLimit, LeavesContrastBelowTheThresholdAlone) {
+  constexpr int side = 48;
+  const ImageSpace space(side, side);
+  const ScreenedPoisson equation(space, 4);
+  const auto ripples = [&](double contrast) {
+    Signal psi(space.size(), 1);
+    for (int i = 0; i < space.size(); ++i) psi(i, 0) = 0.5 + 0.5 * contrast * std::sin(i % side);
+    return psi;
+  };
+  const HaloOptions options{.threshold = 0.02};
+  const Signal faint = ripples(0.01), clear = ripples(0.06);
+  EXPECT_LT((solve_without_halos(equation, space, faint, everywhere(space, beta), options).signal - faint)
+                .cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_EQ(solve_without_halos(equation, space, clear, everywhere(space, beta), options).signal,
+            solve_without_halos(equation, space, clear, everywhere(space, beta)).signal);
+  EXPECT_GT((equation.solve(faint, beta).signal - faint).cwiseAbs().maxCoeff(), 0.002);
+}
+
 TEST(HaloLimit, LeavesAloneWhatDoesNotSharpen) {
   constexpr int side = 40;
   const ImageSpace space(side, side);

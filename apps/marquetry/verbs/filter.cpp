@@ -142,11 +142,26 @@ bool by_luminance(const OptionValues& options, const Model& model) {
          (textures.empty() || textures.front().meaning == TextureMeaning::colours);
 }
 
+/// Contrast that 8 bits a channel, and what a lossy format makes of them, leave where there is none.
+constexpr double usual_threshold = 0.02;
+
+/// Without --threshold the usual one, where a strength sharpens colours of 8 bits.
+double asked_threshold(const OptionValues& options, const Model& model) {
+  if (options.has("threshold")) return options.number("threshold");
+  const bool is_coarse = !model.textures.empty() && std::ranges::all_of(model.textures, [](const Texture& texture) {
+    return texture.format.depth == Depth::u8;
+  });
+  return is_coarse && by_luminance(options, model) && options.has("strength") && options.number("strength") > 0 &&
+                 value_space(options).space == ColourSpace::stored
+             ? usual_threshold
+             : 0;
+}
+
 /// What a filter of these options makes of values: of each channel by itself.
 Filtered filtered(const ScreenedPoisson& equation, const ModelSignal& target, const Signal& values,
-                  const std::vector<double>& beta, double halo, const Progress& progress) {
-  if (std::isinf(halo)) return equation.solve(values, beta, progress);
-  return solve_without_halos(equation, target.space(), values, beta, {.fraction = halo}, progress);
+                  const std::vector<double>& beta, const HaloOptions& halo, const Progress& progress) {
+  if (std::isinf(halo.fraction)) return equation.solve(values, beta, progress);
+  return solve_without_halos(equation, target.space(), values, beta, halo, progress);
 }
 
 Exit filter(Run& run) {
@@ -181,12 +196,16 @@ Exit filter(Run& run) {
       mask ? modulation(*mask, asked_beta(options))
            : std::vector<double>(std::size_t(target->space().size()), asked_beta(options));
   Solution solution;
-  double halo = 0;
+  HaloOptions halo;
   about(scene.model, [&] {
     solution = solve_poisson(
         run, *target, along ? *along : target->space(), weight,
         [&](const ScreenedPoisson& equation, const Signal& before, const Progress& progress) {
-          halo = asked_halo(options, scene.model, before);
+          halo.fraction = asked_halo(options, scene.model, before);
+          if (std::isinf(halo.fraction) && options.has("threshold"))
+            throw InvalidInput("--threshold is of sharpening that limits halos, which is not so of normals, of light and "
+                               "with --halo inf: give --halo a number, such as 0.2, or leave --threshold out");
+          halo.threshold = std::isinf(halo.fraction) ? 0 : asked_threshold(options, scene.model);
           if (!by_luminance(options, scene.model))
             return filtered(equation, *target, before, beta, halo, progress);
           const Signal Y = luminance(before);
@@ -198,7 +217,8 @@ Exit filter(Run& run) {
   run.result.update(change_json(solution.before, solution.filtered.signal, value_space(run.options()).space));
   run.result["alpha"] = number_json(weight / scale.area);
   run.result["length"] = number_json(std::sqrt(weight));
-  run.result["halo"] = number_json(halo);
+  run.result["halo"] = number_json(halo.fraction);
+  run.result["threshold"] = halo.threshold;
 
   const Step step(run, "write", 0.04);
   target->put(solution.before, solution.filtered.signal, scene.model);
@@ -268,6 +288,14 @@ Verb filter_verb() {
                         "added to all three. Alpha is kept. Maps that hold other values than colours "
                         "are filtered channel by channel."});
   add_halo_option(table, "Filter");
+  table.add({.name = "threshold",
+             .type = Option::Type::number,
+             .least = 0,
+             .most = 1e6,
+             .group = "Filter",
+             .help = "contrast over seven texels up to which nothing is sharpened; from twice it on all is",
+             .details = fmt::format("{:g} without it where --strength sharpens colours of 8 bits, so that blocks of JPEG "
+                                    "stay as faint as they are; else 0.", usual_threshold)});
   add_mask_options(table, "Filter");
   add_spread_options(table, {1e-3, Length::Unit::alpha}, "Filter",
                      "how far it reaches: weight of gradients on the surface scaled to unit area",
@@ -285,7 +313,7 @@ Verb filter_verb() {
   table.exclusive({"normals", "vertices"});
   table.exclusive({"normal-space", "vertices"});
   table.exclusive({"normals", "luminance"});
-  for (const char* name : {"space", "normal-space", "vertices", "depth", "luminance", "halo", "field"})
+  for (const char* name : {"space", "normal-space", "vertices", "depth", "luminance", "halo", "threshold", "field"})
     table.exclusive({"geometry", name});
   add_frames_option(table);
   return {table, filter,

@@ -1,6 +1,6 @@
 // low, high = means of the least and the greatest of ψ over `reach` steps, over as many steps again
-// t = 1 − s²(3 − 2s),  s = (r − c/2) / (c/2) within [0, 1],  r the contrast over `reach` steps, c the given one
-// β_t = 1 + (β − 1)·t,  φ' = limited(ψ + φ − φ_t) + φ_t − ψ,  φ and φ_t solved for side by side
+// u(a) = s²(3 − 2s),  s = r/a − 1 within [0, 1],  r the contrast over `reach` steps
+// β ← 1 + (β − 1)·u(threshold),  β_t = 1 + (β − 1)·(1 − u(c/2)),  c the contrast of edges;  φ' = limited(ψ + φ − φ_t) + φ_t − ψ,  φ and φ_t solved for side by side
 
 #include "mq/filter/halo_limit.h"
 
@@ -65,9 +65,19 @@ void average(const SparseMatrix& A, int floats, std::vector<float>& values, std:
   values.swap(room);
 }
 
-double texture_at(double contrast, double of_edges) {
-  const double s = std::clamp(2 * contrast / of_edges - 1, 0.0, 1.0);
-  return 1 - s * s * (3 - 2 * s);
+/// From 0 at the contrast to 1 at twice it.
+double rising_from(double from, double contrast) {
+  const double s = std::clamp(contrast / from - 1, 0.0, 1.0);
+  return s * s * (3 - 2 * s);
+}
+
+std::vector<double> above_one(std::span<const double> beta, const std::vector<double>& share) {
+  require(beta.size() == share.size(),
+          fmt::format("{} modulations were given for {} unknowns", beta.size(), share.size()));
+  std::vector<double> result(beta.begin(), beta.end());
+  for (std::size_t i = 0; i < result.size(); ++i)
+    if (result[i] > 1) result[i] = std::lerp(1.0, result[i], share[i]);
+  return result;
 }
 
 /// Up to half of the most as it is; beyond, on its way to the most, which it never reaches.
@@ -85,10 +95,11 @@ HaloLimit::HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOpti
   require(psi.rows() == space.size() && psi.cols() > 0 && psi.allFinite(),
           fmt::format("a signal of {} × {} was given for {} unknowns, or it is not finite", psi.rows(), psi.cols(),
                       space.size()));
-  require(options.fraction >= 0 && std::isfinite(options.fraction) && options.contrast > 0 && options.reach >= 1,
-          fmt::format("halos of {} of the contrast, edges from a contrast of {} and a reach of {} were asked for: a "
-                      "fraction from 0, a contrast above 0 and a reach from 1 are wanted",
-                      options.fraction, options.contrast, options.reach));
+  require(options.fraction >= 0 && std::isfinite(options.fraction) && options.contrast > 0 && options.reach >= 1 &&
+              options.threshold >= 0 && std::isfinite(options.threshold),
+          fmt::format("halos of {} of the contrast, edges from a contrast of {}, a threshold of {} and a reach of {} were "
+                      "asked for: a fraction and a threshold from 0, a contrast above 0 and a reach from 1 are wanted",
+                      options.fraction, options.contrast, options.threshold, options.reach));
   const SparseMatrix A = space.system(0, 1, progress.step("look around", 0.5));
   ranges_.assign(std::size_t(psi.rows()) * std::size_t(floats_), 0);
   parallel_for(psi.rows(), [&](std::int64_t i) {
@@ -104,10 +115,12 @@ HaloLimit::HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOpti
     channels_ == 1 ? widen<2>(A, floats_, ranges_, room) : widen<8>(A, floats_, ranges_, room);
   }
   texture_.resize(std::size_t(psi.rows()));
+  if (options.threshold > 0) detail_.resize(texture_.size());
   parallel_for(psi.rows(), [&](std::int64_t i) {
     double contrast = 0;
     for (int c = 0; c < channels_; ++c) contrast = std::max(contrast, high(i, c) - low(i, c));
-    texture_[std::size_t(i)] = texture_at(contrast, options.contrast);
+    texture_[std::size_t(i)] = 1 - rising_from(options.contrast / 2, contrast);
+    if (options.threshold > 0) detail_[std::size_t(i)] = rising_from(options.threshold, contrast);
   });
   for (int k = 0; k < options.reach; ++k) {
     averaging.at(double(k) / options.reach);
@@ -123,13 +136,10 @@ double HaloLimit::high(std::int64_t unknown, int channel) const {
   return -double(ranges_[std::size_t(unknown * floats_ + channels_ + channel)]);
 }
 
-std::vector<double> HaloLimit::of_texture(std::span<const double> beta) const {
-  require(beta.size() == texture_.size(),
-          fmt::format("{} modulations were given for {} unknowns", beta.size(), texture_.size()));
-  std::vector<double> result(beta.begin(), beta.end());
-  for (std::size_t i = 0; i < result.size(); ++i)
-    if (result[i] > 1) result[i] = std::lerp(1.0, result[i], texture_[i]);
-  return result;
+std::vector<double> HaloLimit::of_texture(std::span<const double> beta) const { return above_one(beta, texture_); }
+
+std::vector<double> HaloLimit::of_detail(std::span<const double> beta) const {
+  return detail_.empty() ? std::vector<double>(beta.begin(), beta.end()) : above_one(beta, detail_);
 }
 
 double HaloLimit::limited(std::int64_t unknown, int channel, double value, double added) const {
@@ -145,8 +155,8 @@ Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace&
                              std::span<const double> beta, const HaloOptions& options, const Progress& progress) {
   if (std::ranges::none_of(beta, [](double b) { return b > 1; })) return equation.solve(psi, beta, progress);
   const HaloLimit limit(space, psi, options, progress.step("look around", 0.22));
-  std::vector<double> all(beta.begin(), beta.end()), of_texture = limit.of_texture(beta);
-  if (of_texture == all) return equation.solve(psi, beta, progress.step("solve", 0.78));
+  std::vector<double> all = limit.of_detail(beta), of_texture = limit.of_texture(all);
+  if (of_texture == all) return equation.solve(psi, all, progress.step("solve", 0.78));
   for (std::vector<double>* change : {&all, &of_texture})
     for (double& b : *change) b -= 1;
   const int channels = int(psi.cols());

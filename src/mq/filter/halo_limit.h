@@ -26,6 +26,10 @@ struct HaloOptions {
   /// texture, between them in part (a cubic).
   double contrast = 0.2;
 
+  /// Contrast up to which nothing is sharpened, as it is rounding, or blocks of a lossy format; from twice it on all is,
+  /// between them in part (a cubic). 0: all.
+  double threshold = 0;
+
   /// What is around an unknown: what so many steps to neighbours reach. Across a seam a step goes up to two texels
   /// far, so that beside seams more of the fraction is made use of.
   int reach = 3;
@@ -38,16 +42,19 @@ struct HaloOptions {
 /// reach; it holds ψ itself.
 class HaloLimit {
  public:
-  /// Throws `InvalidInput` where the signal does not fit or is not finite, a fraction is negative or not
+  /// Throws `InvalidInput` where the signal does not fit or is not finite, a fraction or threshold is negative or not
   /// finite, the contrast not positive, or the reach below 1. Costs the matrix for a moment, 3·reach passes over it,
   /// and keeps two floats a value, up to eight at least of
-  /// more than one channel, and a double an unknown.
+  /// more than one channel, and two doubles an unknown.
   HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOptions& options = {},
             const Progress& progress = {});
 
   /// Per unknown the part of a change of gradients that is texture's: 1 up to half of the contrast of
   /// `HaloOptions`, 0 from all of it on.
   std::span<const double> texture() const { return texture_; }
+
+  /// Of a modulation β what is left of it by the threshold: 1 + (β − 1)·heard where β is more than 1.
+  std::vector<double> of_detail(std::span<const double> beta) const;
 
   /// Of a modulation β the part for texture: 1 + (β − 1)·texture where β is more than 1, else β itself, since what
   /// smooths has no halos.
@@ -67,11 +74,12 @@ class HaloLimit {
   double fraction_ = 0;
   std::vector<float> ranges_;  ///< per unknown low for each channel, then −high for each
   std::vector<double> texture_;
+  std::vector<double> detail_;  ///< the part that the threshold leaves; empty: all
 };
 
 /// `equation.solve(psi, beta)`, with halos limited: with φ_t the solution for the part of β that is texture's, and
-/// φ that for β, it is limited(ψ + φ − φ_t) + φ_t − ψ. Where β is nowhere above 1, or the contrast of ψ nowhere above
-/// half of the given one, it is φ, bit for bit. Where gradients are strong or none it leaves the range of ψ around it
+/// φ that for β, of which the threshold takes what it takes first, it is limited(ψ + φ − φ_t) + φ_t − ψ. Where β is nowhere above 1, or the contrast of ψ nowhere above
+/// half of the given one and there is no threshold, it is φ, bit for bit. Where gradients are strong or none it leaves the range of ψ around it
 /// by less than the fraction. The mean is not kept. `space` is that of the equation; costs a
 /// solution of twice the channels.
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
