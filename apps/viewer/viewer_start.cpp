@@ -140,12 +140,8 @@ void Viewer::take_chosen_files() {
 }
 
 void Viewer::drop(const Files& files) {
-  const bool cameras = std::ranges::all_of(
-      files, [](const std::string& file) { return fs::path(file).extension() == ".json"; });
-  if (!cameras || tool_name_ != "texture") return open(files);
-  std::vector<std::string> words = {"set", "cameras"};
-  words.insert(words.end(), files.begin(), files.end());
-  tool_->command(words);
+  const bool in_hand = tool_ && task_of(tool_name_) == task_;
+  if (!in_hand || !tool_->take_files(files)) open(files);
 }
 
 /// A path, and what lies in its folder.
