@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
+#include "controls.h"
 #include "mq/base/error.h"
 #include "mq/draw/render.h"
 
 namespace mq::view {
 namespace {
 
-/// Texels across what is looked at, and from one place to the next at least.
+/// Texels across what is looked at; what is nearer than half of that is seen already.
 constexpr double texels_across = 96;
 
 std::vector<Image<float>> images_of(const TextureSet& set) {
@@ -43,7 +44,7 @@ void DifferenceTour::find(const Progress& progress) {
   const std::vector<Image<float>> before = images_of(*session_.before),
                                   after = images_of(result_ ? *result_ : *session_.after);
   found_ = texture_difference(session_.scene->surface, *session_.scene->atlas, borrowed(before), borrowed(after),
-                              {.apart = 0.75 * texels_across}, progress);
+                              {.apart = texels_across / 2}, progress);
 }
 
 std::optional<DifferenceTour::Stop> DifferenceTour::arrived(View::Up up) {
@@ -66,8 +67,8 @@ std::optional<DifferenceTour::Stop> DifferenceTour::arrived(View::Up up) {
 
 std::string DifferenceTour::words() const {
   if (at_ < 0 || background_.busy()) return {};
-  return fmt::format("place {} of {}: {:.1f} of 255 apart", at_ + 1, found_.places.size(),
-                     255 * found_.places[std::size_t(at_)].difference);
+  return fmt::format("place {} of {}: {} of 255 apart", at_ + 1, found_.places.size(),
+                     plain(255 * found_.places[std::size_t(at_)].difference));
 }
 
 void DifferenceTour::stop() {

@@ -21,7 +21,8 @@ bool can_write_to(const fs::path& folder) {
 /// As `Session::folder` says.
 fs::path folder_for(const fs::path& model) {
   if (model.empty()) return {};
-  const fs::path beside = model.parent_path(), below = fs::absolute(model).lexically_relative(sample_folder());
+  const fs::path beside = model.parent_path();
+  const fs::path below = fs::absolute(model).lexically_relative(fs::absolute(sample_folder()));
   const bool is_sample = !below.empty() && *below.begin() != "..";
   if (!is_sample && can_write_to(beside)) return beside;
   const char* const home = std::getenv("HOME");

@@ -143,7 +143,7 @@ void VerbTool::panel() {
 void VerbTool::begin_controls() {
   const bool can = complete(), was_stopped = has_run_ && stale_ && stopped_ && can;
   if (busy() || (has_run_ && !was_stopped) || (!can && missing().empty())) return;
-  if (was_stopped) remark("What is shown has other options: it was stopped.");
+  if (was_stopped) remark("It was stopped: what is shown is as it was before.");
   ImGui::BeginDisabled(!can);
   if (ImGui::Button(was_stopped ? "go on" : run_words(name()).c_str(), {-1, 0})) tried(session_, [&] { run(); });
   ImGui::EndDisabled();

@@ -163,7 +163,7 @@ void Viewer::path_question() {
     return;
   if (appears) ImGui::SetKeyboardFocusHere();
   ImGui::SetNextItemWidth(scaled(480));
-  ImGui::InputText("##path", &to_open_);
+  ImGui::InputText("##path", &to_open_, ImGuiInputTextFlags_AutoSelectAll);
   bool open_it = false;
   const fs::path named = fs::path(to_open_).parent_path(), folder = named.empty() ? "." : named;
   ImGui::BeginChild("files", {scaled(480), scaled(260)}, true);

@@ -117,7 +117,7 @@ void Viewer::wipe_controls() {
 void Viewer::compare_controls() {
   if (session_.compares()) wipe_controls();
   if (tool_ && tool_name_ != "compare")
-    remark(fmt::format("Left of the line: as it was opened. Right of it: {}.", tool_words(tool_name_)));
+    remark(fmt::format("Left of the line: as it was opened. Right of it: what '{}' made.", tool_words(tool_name_)));
   if (!session_.before) {
     remark("The model has no textures to compare others with.");
     return;
@@ -138,21 +138,19 @@ void Viewer::compare_controls() {
   if (tool_name_ == "compare") tool_controls();
 }
 
-/// Where to look for what is different.
+/// Where to look for what is different, once something may be.
 void Viewer::difference_controls() {
+  if (!session_.result && (!tool_ || tool_name_ == "compare")) return;
   const std::string at = tour_.words();
-  const bool there = session_.result || (tool_ && tool_name_ != "compare");
-  ImGui::BeginDisabled(!there || tour_.busy());
+  ImGui::BeginDisabled(tour_.busy());
   if (ImGui::Button(at.empty() ? "go where they differ most" : "go to the next place", {-1, 0}))
     tried(session_, [&] { look_at_difference(); });
   ImGui::EndDisabled();
-  if (there && ImGui::IsItemHovered()) ImGui::SetTooltip("N; the whole model again: F");
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("N; the whole model again: F");
   if (tour_.busy())
     ImGui::ProgressBar(float(tour_.fraction()), {-1, 0}, "looking for it");
   else if (!at.empty())
     remark(at);
-  else if (!there)
-    remark("Nothing was changed; name another texture to compare with.");
 }
 
 void Viewer::look_at_difference() {

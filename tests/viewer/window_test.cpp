@@ -13,10 +13,16 @@ bool same_values(const Image<float>& a, const Image<float>& b) {
   return std::ranges::equal(a.values(), b.values());
 }
 
-/// The sphere's texture as two photographs.
+/// The sphere's texture as two photographs that show all of it.
 void write_two_photographs(const Folder& folder) {
-  Image<float> one = picture(folder, "sphere.png"), two = one;
-  for (float& value : two.values()) value *= 0.7F;
+  const Image<float> colours = picture(folder, "sphere.png");
+  Image<float> one(colours.width(), colours.height(), 4, 1.0F), two = one;
+  for (int y = 0; y < colours.height(); ++y)
+    for (int x = 0; x < colours.width(); ++x)
+      for (int c = 0; c < 3; ++c) {
+        one(x, y, c) = 0.9F * colours(x, y, c);
+        two(x, y, c) = 0.7F * colours(x, y, c);
+      }
   write_image(folder / "one.png", one);
   write_image(folder / "two.png", two);
 }
@@ -158,15 +164,15 @@ TEST(Saving, OfASampleGoesHome) {
 /// Two spots, the larger one first, and round again.
 TEST(Comparing, GoesWhereTexturesDifferMost) {
   const Folder folder;
-  write_sphere(folder, "256");
+  write_sphere(folder, "512");
   Image<float> other = picture(folder, "sphere.png");
   const auto spot = [&](int x, int y, int side) {
     for (int j = 0; j < side; ++j)
       for (int i = 0; i < side; ++i)
         for (int c = 0; c < 3; ++c) other(x + i, y + j, c) = other(x + i, y + j, c) > 0.5F ? 0.F : 1.F;
   };
-  spot(20, 30, 4);
-  spot(110, 180, 10);
+  spot(40, 60, 4);
+  spot(220, 360, 10);
   write_image(folder / "other.png", other);
   const std::string middle = "hover surface 179 218\n";
   const Result result = view(folder,
@@ -181,9 +187,9 @@ TEST(Comparing, GoesWhereTexturesDifferMost) {
     EXPECT_NEAR(texel[1].get<int>(), y, 8) << i;
   };
   ASSERT_EQ(picks.size(), 3U);
-  near(0, 115, 185);
-  near(1, 22, 32);
-  near(2, 22, 32);  // the first again, by its key, and the second
+  near(0, 225, 365);
+  near(1, 42, 62);
+  near(2, 42, 62);  // the first again, by its key, and the second
 
   const Result none = view(folder, "task compare\nwith sphere.png\nwait\nnext-difference\n", {"sphere.obj"});
   EXPECT_EQ(none.status, 2);

@@ -3,7 +3,9 @@
 //
 //     difference(c)² = Σ_o w(o) E(c + o) / max(Σ_o w(o) A(c + o), 2 h²),    w(o) = Π_axes (1 − |o| / 2),
 //
-// over the 27 cells around. A plane along the axes has Σ w A = (h / 2 + h + h / 2)² = 4 h².
+// over the 27 cells around. A plane along the axes has Σ w A = (h / 2 + h + h / 2)² = 4 h². There are two cells at each
+// place, for what faces to one side and to the other, so that the two sides of a leaf are two places; of a cell that
+// faces elsewhere only what has much the same normal counts.
 #include "mq/draw/texture_difference.h"
 
 #include <fmt/format.h>
@@ -26,12 +28,14 @@ namespace {
 
 using CellKey = std::uint64_t;
 constexpr int key_bits = 21;
+constexpr CellKey faces_back = CellKey(1) << 63;
 
 struct DifferenceCell {
   CellKey key = 0;
   double area = 0, energy = 0;
-  double largest = -1;  ///< squared difference ...
-  SurfacePoint at;      ///< ... of the sample there
+  Vector3 normal = Vector3::Zero();  ///< of the first triangle
+  double largest = -1;               ///< squared difference ...
+  SurfacePoint at;                   ///< ... of the sample there
 };
 
 /// Cells in the order in which they were first met.
@@ -71,10 +75,11 @@ class DifferenceSampler {
 
   double cell() const { return cell_; }
 
-  CellKey key_of(const Vector3& point) const {
+  CellKey key_of(const Vector3& point, const Vector3& normal) const {
     CellKey key = 0;
     for (int k = 0; k < 3; ++k) key = (key << key_bits) | CellKey((point[k] - low_[k]) / cell_);
-    return key;
+    const Vector3 oblique(0.71, 0.57, 0.41);  // few faces of models lie along it
+    return normal.dot(oblique) < 0 ? key | faces_back : key;
   }
 
   /// The texels whose centres lie in the triangle, or its middle.
@@ -84,10 +89,11 @@ class DifferenceSampler {
     std::int64_t count = 0;
     for_rows([&](double, double first, double last) { count += std::int64_t(last - first) + 1; });
     const double area = triangle_area(surface_.mesh, t) / double(std::max<std::int64_t>(count, 1));
+    const Vector3 normal = triangle_normal(surface_.mesh, t);
     const auto add = [&](const Vector2& place) {
       const SurfacePoint at{t, barycentric(place)};
       const double square = squared_difference(t, place);
-      cells.add({key_of(point_at(surface_.mesh, at)), area, area * square, square, at});
+      cells.add({key_of(point_at(surface_.mesh, at), normal), area, area * square, normal, square, at});
     };
     for_rows([&](double row, double first, double last) {
       progress.check();
@@ -185,11 +191,13 @@ double smoothed_difference(const DifferenceCells& all, const DifferenceCell& cel
       for (int z = -1; z <= 1; ++z) {
         const CellKey step = (CellKey(std::int64_t(x)) << (2 * key_bits)) + (CellKey(std::int64_t(y)) << key_bits) +
                              CellKey(std::int64_t(z));
-        const DifferenceCell* const near = all.find(cell.key + step);
-        if (near == nullptr) continue;
         const double weight = (1 - std::abs(x) / 2.0) * (1 - std::abs(y) / 2.0) * (1 - std::abs(z) / 2.0);
-        area += weight * near->area;
-        energy += weight * near->energy;
+        for (const CellKey key : {cell.key + step, (cell.key + step) ^ faces_back}) {
+          const DifferenceCell* const near = all.find(key);
+          if (near == nullptr || near->normal.dot(cell.normal) <= 0) continue;
+          area += weight * near->area;
+          energy += weight * near->energy;
+        }
       }
   return energy / std::max(area, 2 * side * side);
 }
