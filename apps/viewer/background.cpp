@@ -1,9 +1,13 @@
 #include "background.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <new>
 #include <utility>
 
 #include "mq/base/error.h"
+#include "shell/duration.h"
 #include "shell/run.h"
 
 namespace mq::view {
@@ -13,6 +17,7 @@ void Background::start(std::function<void(const Progress&)> job) {
   cancel_ = false;
   running_ = true;
   fraction_ = 0;
+  since_ = {};
   thread_ = std::thread([this, job = std::move(job)] {
     try {
       job(Progress(
@@ -39,6 +44,10 @@ void Background::stop() {
 std::string Background::step() const {
   const std::lock_guard lock(mutex_);
   return step_;
+}
+
+std::string Background::how_far() const {
+  return fmt::format("{:.0f} %{}", std::floor(100 * fraction()), app::estimate(fraction(), seconds()));
 }
 
 void Background::rethrow() {

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "mq/base/progress.h"
+#include "mq/base/stopwatch.h"
 
 namespace mq::view {
 
@@ -30,6 +31,10 @@ class Background {
 
   double fraction() const { return fraction_; }
   std::string step() const;
+  /// Since the job began.
+  double seconds() const { return since_.seconds(); }
+  /// "40 %, about 12 s left".
+  std::string how_far() const;
   /// Why the last job failed, once; empty: it did not.
   std::string error();
   /// Throws what the last job threw, once.
@@ -37,6 +42,7 @@ class Background {
 
  private:
   std::thread thread_;
+  Stopwatch since_;
   std::atomic<bool> running_ = false, cancel_ = false;
   std::atomic<double> fraction_ = 0;
   mutable std::mutex mutex_;

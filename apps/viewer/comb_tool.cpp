@@ -17,15 +17,14 @@ namespace {
 class CombTool : public VerbTool {
  public:
   explicit CombTool(Session& session)
-      : VerbTool("lic", session), strokes_name_(Session::free_file("strokes.json")) {}
+      : VerbTool("lic", session), strokes_name_(session.free_file("strokes.json")) {}
   ~CombTool() override { background_.stop(); }
 
   void panel() override {
     remark("Stroke the model: lines follow your strokes. The right button turns it.");
-    if (done_ > 0) {
-      if (ImGui::Button("undo")) tried(session_, [&] { undo(); });
-      if (ask_to_save(session_, "strokes", strokes_name_)) tried(session_, [&] { save_strokes(strokes_name_); });
-    }
+    if (!strokes_.empty()) undo_buttons(session_, *this);
+    if (done_ > 0 && ask_to_save(session_, "strokes", strokes_name_))
+      tried(session_, [&] { save_strokes(strokes_name_); });
     VerbTool::panel();
   }
 

@@ -11,6 +11,8 @@
 
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
+#include "theme.h"
+#include "tool.h"
 
 namespace mq::view {
 namespace {
@@ -44,16 +46,17 @@ bool take(OptionValues& values, const std::string& name, const std::vector<std::
 }
 
 /// "smooth-potential" as "smooth potential".
-std::string label_of(const Option& option) {
-  std::string words = option.name;
-  std::ranges::replace(words, '-', ' ');
+std::string label_of(const Option& option, std::string words) {
+  if (words.empty()) {
+    words = option.name;
+    std::ranges::replace(words, '-', ' ');
+  }
   return words + "###" + option.name;
 }
 
-bool edit_number(OptionValues& values, const Option& option, const std::string& text) {
+bool edit_number(OptionValues& values, const Option& option, const std::string& text, const std::string& label) {
   double value = text.empty() ? 0 : std::atof(text.c_str());
   const bool bounded = std::isfinite(option.least) && std::isfinite(option.most);
-  const std::string label = label_of(option);
   bool changed = false;
   if (option.type == Option::Type::integer) {
     int whole = int(value);
@@ -81,7 +84,7 @@ bool edit_number(OptionValues& values, const Option& option, const std::string& 
 }
 
 /// A slider in the unit that the length has, and percent where it has none.
-bool edit_length(OptionValues& values, const Option& option, const std::string& text) {
+bool edit_length(OptionValues& values, const Option& option, const std::string& text, const std::string& label) {
   const Length length = text.empty() ? Length{1, Length::Unit::percent} : parse_length(text);
   const bool percent = length.unit == Length::Unit::percent,
              model = length.unit == Length::Unit::model;
@@ -92,7 +95,7 @@ bool edit_length(OptionValues& values, const Option& option, const std::string& 
                most = percent ? std::max(50.0, value)
                       : model ? value * 20
                               : std::max(400.0, value);
-  const bool changed = slider(label_of(option).c_str(), value, {least, most, true},
+  const bool changed = slider(label.c_str(), value, {least, most, true},
                               text.empty() ? not_given
                                            : plain(value) + (percent ? " %"
                                                              : model ? ""
@@ -105,10 +108,10 @@ bool edit_length(OptionValues& values, const Option& option, const std::string& 
                                               : "tx")});
 }
 
-bool edit_choice(OptionValues& values, const Option& option) {
+bool edit_choice(OptionValues& values, const Option& option, const std::string& label) {
   const std::string text = now(values, option.name);
   bool changed = false;
-  if (ImGui::BeginCombo(label_of(option).c_str(), text.empty() ? not_given : text.c_str())) {
+  if (ImGui::BeginCombo(label.c_str(), text.empty() ? not_given : text.c_str())) {
     if (option.default_value.empty() && ImGui::Selectable(not_given, text.empty()))
       values.reset(option.name), changed = true;
     for (const std::string& choice : option.choices)
@@ -121,7 +124,7 @@ bool edit_choice(OptionValues& values, const Option& option) {
 }
 
 /// With a list beside it where there are words that are not names of files.
-bool edit_text(OptionValues& values, const Option& option) {
+bool edit_text(OptionValues& values, const Option& option, const std::string& label) {
   std::string text = joined(values.effective(option.name));
   bool changed = false;
   const bool listed = !option.choices.empty();
@@ -136,7 +139,7 @@ bool edit_text(OptionValues& values, const Option& option) {
     ImGui::SetNextItemWidth(ImGui::CalcItemWidth() - ImGui::GetFrameHeight());
   }
   const bool typed =
-      ImGui::InputTextWithHint(label_of(option).c_str(),
+      ImGui::InputTextWithHint(label.c_str(),
                                option.type == Option::Type::path ? "a file" : "", &text,
                                ImGuiInputTextFlags_EnterReturnsTrue);
   explain(option);
@@ -155,22 +158,22 @@ bool give_up(OptionValues& values, const Option& option) {
 
 }  // namespace
 
-bool edit(OptionValues& values, const std::string& name, const std::string& in_force) {
+bool edit(OptionValues& values, const std::string& name, const std::string& in_force, const std::string& words) {
   const Option& option = values.table().find(name);
-  const std::string own = now(values, name), text = own.empty() ? in_force : own;
+  const std::string own = now(values, name), text = own.empty() ? in_force : own, label = label_of(option, words);
   switch (option.type) {
     case Option::Type::flag: {
       bool on = values.flag(name);
-      const bool changed = ImGui::Checkbox(label_of(option).c_str(), &on);
+      const bool changed = ImGui::Checkbox(label.c_str(), &on);
       explain(option);
       return changed && take(values, name, {on ? "true" : "false"});
     }
     case Option::Type::integer:
-    case Option::Type::number: return edit_number(values, option, text) || give_up(values, option);
-    case Option::Type::length: return edit_length(values, option, text) || give_up(values, option);
-    case Option::Type::choice: return edit_choice(values, option);
+    case Option::Type::number: return edit_number(values, option, text, label) || give_up(values, option);
+    case Option::Type::length: return edit_length(values, option, text, label) || give_up(values, option);
+    case Option::Type::choice: return edit_choice(values, option, label);
     case Option::Type::text:
-    case Option::Type::path: return edit_text(values, option) || give_up(values, option);
+    case Option::Type::path: return edit_text(values, option, label) || give_up(values, option);
   }
   return false;
 }
@@ -232,18 +235,38 @@ void edit_brush(Length& size, double radius, double area) {
 }
 
 bool ask_to_save(Session& session, const std::string& what, std::string& name) {
-  ImGui::InputText(("##" + what).c_str(), &name);
+  std::string shown = session.name_of(name);
+  const auto say_where = [&] {
+    if (ImGui::IsItemHovered() && !name.empty())
+      ImGui::SetTooltip("%s", std::filesystem::absolute(name).lexically_normal().c_str());
+  };
+  if (ImGui::InputText(("##" + what).c_str(), &shown)) name = session.placed(shown);
+  say_where();
   ImGui::SameLine();
   std::error_code ignored;
   const bool taken = !session.saved_names.contains(name) && std::filesystem::is_regular_file(name, ignored);
   const bool asks = taken && session.replaced_name == name;
   const bool pressed = ImGui::Button((asks ? "replace it" : "save " + what).c_str());
-  if (asks) remark(name + " is there already, and not from here.");
+  say_where();
+  if (asks) remark(shown + " is there already, and not from here.");
   if (!pressed) return false;
   session.replaced_name = taken && !asks ? name : "";
   if (taken && !asks) return false;
   session.saved_names.insert(name);
   return true;
+}
+
+void undo_buttons(Session& session, Tool& tool) {
+  const Tool::History history = tool.history();
+  const auto button = [&](const char* words, const char* keys, bool there, const std::function<void()>& act) {
+    ImGui::BeginDisabled(!there);
+    if (ImGui::Button(words)) tried(session, act);
+    ImGui::EndDisabled();
+    if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) ImGui::SetTooltip("%s", keys);
+  };
+  button("undo", "Ctrl + Z", history.done > 0, [&] { tool.undo(); });
+  ImGui::SameLine();
+  button("redo", "Ctrl + Y", history.done < history.strokes.size(), [&] { tool.redo(); });
 }
 
 void copy_button(Session& session, const std::function<std::string()>& command) {

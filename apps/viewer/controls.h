@@ -14,8 +14,9 @@ namespace mq::view {
 
 /// Shows one option and takes over what a person does to it; true where that changed it. Throws
 /// `InvalidInput` for what cannot be, which is not taken. `in_force` is the value that holds where
-/// the option has none; empty: it says so.
-bool edit(OptionValues& values, const std::string& name, const std::string& in_force = {});
+/// the option has none; empty: it says so. `words` are what a person calls it; empty: its name.
+bool edit(OptionValues& values, const std::string& name, const std::string& in_force = {},
+          const std::string& words = {});
 
 /// A number as a person writes it, three digits of it and no powers of ten: "0.00123", "12.5", "1000".
 std::string plain(double value);
@@ -41,6 +42,9 @@ void edit_brush(Length& size, double radius, double area);
 /// A name that can be changed, and a button to save there, "save mask": true once that is pressed, twice where a
 /// file of that name is there that was not saved in this session.
 bool ask_to_save(Session& session, const std::string& what, std::string& name);
+
+/// Two buttons that take the tool's last stroke back and do it again, dim where there is none.
+void undo_buttons(Session& session, class Tool& tool);
 
 /// A button that copies what `command` returns.
 void copy_button(Session& session, const std::function<std::string()>& command);

@@ -35,6 +35,7 @@ void FilterTool::brush_controls() {
   ImGui::RadioButton("erase", &brush, 2);
   if (brush != int(brush_)) tried(session_, [&] { choose(Brush(brush)); });
   edit_brush(size_, brush_radius(), scale_.area);
+  undo_buttons(session_, *this);
 }
 
 /// beta as what it adds, and how far it reaches as the size of detail.
@@ -71,10 +72,6 @@ void FilterTool::more_controls() {
   if (slider("per touch", flow, {1, 100}, plain(flow) + " %")) strength_ = flow / 100;
   if (slider("hard edge", hardness, {0, 100}, plain(hardness) + " % of the brush"))
     hardness_ = hardness / 100;
-  if (ImGui::Button("undo")) tried(session_, [&] { undo(); });
-  ImGui::SameLine();
-  if (ImGui::Button("redo")) tried(session_, [&] { redo(); });
-  ImGui::SameLine();
   if (ImGui::Button("everywhere")) fill(full);
   ImGui::SameLine();
   if (ImGui::Button("nowhere")) fill(0);

@@ -25,11 +25,11 @@ class GeodesicTool : public VerbTool {
   ~GeodesicTool() override { background_.stop(); }
 
   void panel() override {
-    const bool measured = found_.contains("max");
-    remark(!measured ? "Press on the model, and drag: distances from there."
-                     : fmt::format("The farthest place is {} away. Move the mouse over the model: "
-                                   "below stands how far each place is.",
-                                   plain(found_["max"].get<double>())));
+    remark(is_on_its_way()             ? "The distances from there are being calculated."
+           : !is_current() || !has_found() ? "Press on the model, and drag: distances from there."
+                                       : fmt::format("The farthest place is {} away. Move the mouse over the model: "
+                                                     "below stands how far each place is.",
+                                                     plain(found_["max"].get<double>())));
     VerbTool::panel();
   }
 
@@ -47,8 +47,12 @@ class GeodesicTool : public VerbTool {
     return true;
   }
 
-  /// Along the surface, and through the air.
+  /// Along the surface, and through the air; of no other place than the one that was pressed last.
   std::string reading(const Pick& pick) const override {
+    if (!is_current()) {
+      read_.reset();
+      return is_on_its_way() || !complete() ? "" : "distance not calculated: it was stopped";
+    }
     const std::lock_guard lock(measured_mutex_);
     const std::optional<double> distance = distance_at(pick);
     read_ = distance;
@@ -71,14 +75,19 @@ class GeodesicTool : public VerbTool {
     change("from", {fmt::format("{},{},{}", place.x(), place.y(), place.z())});
   }
 
+  std::string work_words() const override { return "the distance is being calculated"; }
+
+  bool has_found() const { return found_.contains("max"); }
+
   bool complete() const override {
     return !options_.texts("from").empty() || !options_.texts("from-mask").empty();
   }
 
-  void prepare(const OptionValues& options, const Progress& progress) {
+  /// Whether that was still to be done.
+  bool prepare(const OptionValues& options, const Progress& progress) {
     const std::vector<std::string> asked = {options.text("time"), options.text("solver"),
                                             options.text("tolerance")};
-    if (geodesic_ && asked == prepared_for_) return;
+    if (geodesic_ && asked == prepared_for_) return false;
     const Stopwatch watch;
     app::Run run(options, session_.run.terminal(), progress);
     if (!domain_)
@@ -93,17 +102,18 @@ class GeodesicTool : public VerbTool {
                       progress.step("prepare", 0.4));
     prepared_for_ = asked;
     preparing_ = watch.seconds();
+    return true;
   }
 
   void make(const OptionValues& options, const Progress& progress) override {
-    prepare(options, progress);
+    const double share = prepare(options, progress) ? 0.3 : 1;
     const Stopwatch watch;
     app::Terminal silence("view");
     silence.set_voice(app::Terminal::Voice::quiet);
     app::Run run(options, silence, progress);
     const auto places = app::source_places(run, *session_.scene, closest_.get());
     const Geodesic found = geodesic_->from(app::sources_at(run, *session_.scene, *domain_, places),
-                                           progress.step("distances", 0.3));
+                                           progress.step("distances", share));
     const double most = domain_->space().largest_shown(found.distance);
     {
       const std::lock_guard lock(measured_mutex_);

@@ -85,6 +85,8 @@ class InterpolateTool : public VerbTool {
     return options_.texts("texture").size() == 2 * session_.scene->model.textures.size();
   }
 
+  std::string missing() const override { return "Another texture is missing: choose it above."; }
+
   bool shows(const Option& option) const override {
     return option.name != "frames" && option.name != "rate";
   }

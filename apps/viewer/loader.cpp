@@ -89,10 +89,12 @@ std::filesystem::path cache() {
 
 }  // namespace
 
+std::filesystem::path sample_folder() { return cache() / "marquetry" / "samples"; }
+
 std::unique_ptr<LoadedModel> load_sample(const std::string& name, OptionValues options,
                                          app::Terminal& terminal, int largest_side,
                                          const Progress& progress) {
-  const std::filesystem::path folder = cache() / "marquetry" / "samples" / name;
+  const std::filesystem::path folder = sample_folder() / name;
   std::filesystem::create_directories(folder.parent_path());
   const bool moves = std::ranges::any_of(moving_names(),
                                          [&](const SampleInfo& info) { return info.name == name; });

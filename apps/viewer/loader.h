@@ -2,6 +2,7 @@
 /// Models and frames on their way to the window: read and prepared on a thread of their own, while
 /// what is shown stays.
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -41,6 +42,9 @@ std::unique_ptr<LoadedModel> load_frame(const std::shared_ptr<Sequence>& sequenc
 /// The model that options of the verb view name, or the first frame of a sequence.
 std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Terminal& terminal,
                                         int largest_side, const Progress& progress);
+
+/// Where samples lie: in the person's cache.
+std::filesystem::path sample_folder();
 
 /// A sample that the program makes itself (`sample_names`, `moving_names`), written into a folder of
 /// the person's cache, and read from there with options of the verb view.

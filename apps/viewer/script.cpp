@@ -129,10 +129,7 @@ class Player {
     if (words.size() == 2) return;
     require(words.size() == 4, "wanted: atlas TEXTURE COLUMN,ROW ZOOM");
     const auto middle = numbers(words[2], 2, "COLUMN,ROW");
-    const Viewer::Rectangle at = viewer_.place_of(Pane::atlas);
-    view.zoom = number(words[3], 1e-3, 200);
-    view.column = middle[0] - at.width / 2.0 / view.zoom;
-    view.row = middle[1] - at.height / 2.0 / view.zoom;
+    viewer_.look_at_texel(view.texture, middle[0], middle[1], number(words[3], 1e-3, 200));
   }
 
   bool looks(const std::vector<std::string>& words) {
@@ -265,6 +262,14 @@ class Player {
     wait_for_loading();
   }
 
+  void wait_for_difference() {
+    while (viewer_.looks_for_difference()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      session_.run.progress().check();
+    }
+    viewer_.take_difference();
+  }
+
   void wait_for_saving() {
     while (!viewer_.closed() && viewer_.waits()) {
       frame();
@@ -283,6 +288,14 @@ class Player {
       require(viewer_.use_key(words[1]), fmt::format("the key '{}' does nothing here", words[1]));
     } else if (words[0] == "theme") {
       viewer_.set_theme(Theme(one_of(words[1], theme_names)));
+    } else if (words[0] == "close-model") {
+      wait();
+      viewer_.set_asking(Viewer::Asking::person);
+      viewer_.close_model();
+    } else if (words[0] == "next-difference") {
+      wait();
+      viewer_.look_at_difference();
+      wait_for_difference();
     } else if (words[0] == "history") {
       wait();
       viewer_.go_to_stroke(std::size_t(whole(words[1], 0, INT_MAX)));

@@ -56,6 +56,8 @@ constexpr Command commands[] = {
     {"theme", 1, 1, "theme dark|light"},
     {"picture", 2, 3, "picture FILE surface|atlas [TIMES]"},
     {"history", 1, 1, "history NUMBER"},
+    {"next-difference", 0, 0, "next-difference"},
+    {"close-model", 0, 0, "close-model"},
     {"stop", 0, 0, "stop"},
     {"close", 0, 0, "close"},
     {"wait", 0, 0, "wait"},

@@ -1,19 +1,55 @@
 #include "session.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "mq/base/error.h"
 #include "shell/verb.h"
 
 namespace mq::view {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool can_write_to(const fs::path& folder) {
+  return access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) == 0;
+}
+
+/// As `Session::folder` says.
+fs::path folder_for(const fs::path& model) {
+  if (model.empty()) return {};
+  const fs::path beside = model.parent_path();
+  const fs::path below = fs::absolute(model).lexically_relative(fs::absolute(sample_folder()));
+  const bool is_sample = !below.empty() && *below.begin() != "..";
+  if (!is_sample && can_write_to(beside)) return beside;
+  const char* const home = std::getenv("HOME");
+  return home != nullptr && *home != 0 && can_write_to(home) ? fs::path(home) : fs::current_path();
+}
+
+/// "wrote out.png" as "wrote out.png in /home/me/models": a window has no folder of its own.
+std::string with_folder(const std::string& said) {
+  const std::string wrote = "wrote ";
+  if (!said.starts_with(wrote)) return said;
+  const fs::path file = said.substr(wrote.size());
+  const fs::path folder = fs::absolute(file).parent_path();
+  std::error_code ignored;
+  if (!file.has_filename() || !fs::is_directory(folder, ignored)) return said;
+  return wrote + file.filename().string() + " in " + folder.lexically_normal().string();
+}
+
+std::unique_ptr<LoadedModel> no_model() {
+  return std::make_unique<LoadedModel>(TexturedModel(), TextureSet::largest_side(), Progress());
+}
+
+}  // namespace
 
 Session::Session(app::Run& the_run, std::unique_ptr<LoadedModel> first)
     : run(the_run), opened(the_run.options()) {
   const bool is_there = first != nullptr;
-  open(is_there ? std::move(first)
-                : std::make_unique<LoadedModel>(TexturedModel(), TextureSet::largest_side(), Progress()));
+  open(is_there ? std::move(first) : no_model());
   empty = !is_there;
   run.terminal().set_listener([this](const std::string& text) {
     const std::lock_guard lock(heard_mutex_);
@@ -45,8 +81,20 @@ void Session::open(std::unique_ptr<LoadedModel> other) {
   if (other->opened) opened = *other->opened;
   sequence = other->sequence;
   frame = other->frame;
+  if (other->opened) photographs.clear();
+  folder = folder_for(scene->model.path);
   if (std::exchange(empty, false)) choose_paint();
   if (scene->atlas) atlas.texture = std::min(atlas.texture, int(scene->atlas->textures.size()) - 1);
+}
+
+void Session::close() {
+  playing = false;
+  open(no_model());
+  empty = true;
+  for (const char* name : {"mesh", "texture"}) opened.reset(name);
+  look = Look{};
+  atlas = AtlasView{};
+  refusal.clear();
 }
 
 const VertexSignal* Session::shown_colours() const {
@@ -108,6 +156,7 @@ void Session::listen() {
   constexpr std::size_t most = 4;
   const std::lock_guard lock(heard_mutex_);
   for (std::string& text : heard_) {
+    text = with_folder(text);
     std::erase_if(news, [&](const News& old) { return old.text == text; });
     if (news.size() == most) news.erase(news.begin());
     news.push_back({std::move(text), Stopwatch()});
@@ -121,7 +170,7 @@ namespace {
 /// The first of out.png, out_2.png, ... that is none of a person's files.
 template <class Taken>
 std::string first_free(const std::string& name, const Taken& is_taken) {
-  const std::filesystem::path path(name);
+  const fs::path path(name);
   std::string tried = name;
   for (int number = 2; is_taken(tried); ++number)
     tried = (path.parent_path() /
@@ -130,16 +179,16 @@ std::string first_free(const std::string& name, const Taken& is_taken) {
   return tried;
 }
 
-bool exists(const std::filesystem::path& path) {
+bool exists(const fs::path& path) {
   std::error_code ignored;
-  return std::filesystem::exists(path, ignored);
+  return fs::exists(path, ignored);
 }
 
 }  // namespace
 
 /// What is wrong with a name is said when something is saved to it.
 std::string Session::free_name(const std::string& name, Outputs::Kind kind) const {
-  return first_free(name, [&](const std::string& tried) {
+  return first_free((folder / name).string(), [&](const std::string& tried) {
     try {
       return std::ranges::any_of(Outputs(tried, scene->model, kind).paths(), exists);
     } catch (const InvalidInput&) {
@@ -148,8 +197,18 @@ std::string Session::free_name(const std::string& name, Outputs::Kind kind) cons
   });
 }
 
-std::string Session::free_file(const std::string& name) {
-  return first_free(name, [](const std::string& tried) { return exists(tried); });
+std::string Session::free_file(const std::string& name) const {
+  return first_free((folder / name).string(), [](const std::string& tried) { return exists(tried); });
+}
+
+std::string Session::placed(const std::string& name) const {
+  return name.empty() ? name : (folder / name).string();  // a whole path stays
+}
+
+std::string Session::name_of(const std::string& file) const {
+  if (file.empty() || folder.empty()) return file;
+  const fs::path below = fs::path(file).lexically_relative(folder);
+  return below.empty() || *below.begin() == ".." ? fs::absolute(file).string() : below.string();
 }
 
 bool holds_numbers(const Model& model) {

@@ -1,7 +1,9 @@
 #pragma once
 /// What the panes and the tools of one open model share.
 
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -32,6 +34,8 @@ struct Session {
 
   /// Another model in place of this one; camera and what is shown of it stay.
   void open(std::unique_ptr<LoadedModel> other);
+  /// None in its place: the window is `empty`.
+  void close();
 
   std::shared_ptr<Sequence> sequence;  ///< null: the model stands still
   int frame = 0;
@@ -43,6 +47,11 @@ struct Session {
   bool empty = true;    ///< there is no model yet: the scene has no triangle
   std::set<std::string> saved_names;  ///< that panels saved to, and may save to again
   std::string replaced_name;          ///< that a panel asks about, as somebody else's file has it
+  /// Where files go that panels name without a folder: beside the model, or to the person's home where that
+  /// folder cannot be written to or is that of samples.
+  std::filesystem::path folder;
+  /// Files of photographs that were chosen for this model, by the tool's and the option's name: they outlast the tool.
+  std::map<std::pair<std::string, std::string>, std::vector<std::string>> photographs;
   std::unique_ptr<const TexturedModel> scene;
   std::unique_ptr<mq::Scene> rays;
   std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas
@@ -100,10 +109,14 @@ struct Session {
   void refuse(const std::string& text);
   /// Takes over what was remarked since the last time; once a picture.
   void listen();
-  /// A name of the kind of `name` that no file has yet: out.png, out_2.png, ...
+  /// A file in `folder`, of a name like `name` that none has yet: out.png, out_2.png, ...
   std::string free_name(const std::string& name, Outputs::Kind kind) const;
   /// The same of a single file.
-  static std::string free_file(const std::string& name);
+  std::string free_file(const std::string& name) const;
+  /// The file that a person names: in `folder` unless a whole path says where.
+  std::string placed(const std::string& name) const;
+  /// And back: without `folder`.
+  std::string name_of(const std::string& file) const;
 
  private:
   std::mutex heard_mutex_;

@@ -5,18 +5,61 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
 #include "controls.h"
 #include "mq/base/error.h"
+#include "mq/io/file_names.h"
 #include "shell/arguments.h"
 #include "theme.h"
 
 namespace mq::view {
 
+namespace {
+
+/// Options that name photographs and the choice between them, of each of the two tools.
+constexpr std::array<std::pair<const char*, const char*>, 6> kept_options = {{{"texture", "cameras"},
+                                                                              {"texture", "images"},
+                                                                              {"texture", "labels"},
+                                                                              {"stitch", "partial"},
+                                                                              {"stitch", "confidence"},
+                                                                              {"stitch", "labels"}}};
+
+}  // namespace
+
+/// Photographs that were chosen before are there again; nothing begins.
+StitchTool::StitchTool(const std::string& verb, Session& session)
+    : VerbTool(verb, session), with_cameras_(verb == "texture") {
+  const bool several = session.scene->model.textures.size() > 1;
+  labels_name_ = session.free_name(several ? "choice_%s.png" : "choice.png", Outputs::Kind::pictures);
+  for (const auto& [tool, option] : kept_options)
+    if (const auto kept = session.photographs.find({tool, option}); tool == verb && kept != session.photographs.end())
+      options_.set(option, kept->second);
+}
+
+StitchTool::~StitchTool() {
+  background_.stop();
+  for (const auto& [tool, option] : kept_options) {
+    if (tool != name()) continue;
+    session_.photographs.erase({tool, option});
+    if (!options_.texts(option).empty()) session_.photographs[{tool, option}] = options_.texts(option);
+  }
+}
+
+std::string StitchTool::missing() const {
+  return with_cameras_ ? "Photographs are missing: choose the file of cameras that names them."
+                       : "Photographs are missing: choose some that are textures of this model.";
+}
+
+std::string StitchTool::work_words() const {
+  return ready_ ? "borders are being taken away" : "photographs are being read";
+}
+
 void StitchTool::panel() {
-  if (ready_) {
+  if (ready_ && has_photographs()) {
     forget_others();
     choices();
   } else {
@@ -25,6 +68,43 @@ void StitchTool::panel() {
                          : "Name photographs that are textures of this model, then begin; then paint "
                            "on the model from which of them it comes.");
   }
+  say_what_was_kept();
+  ask_for_photographs();
+  VerbTool::panel();
+}
+
+/// Of the other way to have photographs, and why it does not do here.
+void StitchTool::say_what_was_kept() const {
+  const std::string tool = with_cameras_ ? "stitch" : "texture", option = with_cameras_ ? "partial" : "cameras";
+  const auto kept = session_.photographs.find({tool, option});
+  if (kept == session_.photographs.end()) return;
+  std::vector<std::string> names;
+  for (const std::string& file : kept->second) names.push_back(std::filesystem::path(file).filename().string());
+  const TextureSize& size = session_.scene->texture_sizes.front();
+  remark(with_cameras_
+             ? fmt::format("Kept for 'as textures': {}. Here they do not fit: from where a photograph was taken says "
+                           "a file of cameras, which names it.",
+                           joined(names))
+             : fmt::format("Kept for 'with cameras': {}. It does not fit here: these photographs are textures of this "
+                           "model, {} × {} texels large.",
+                           joined(names), size.width, size.height));
+}
+
+bool StitchTool::take_files(const std::vector<std::string>& files) {
+  const bool cameras = std::ranges::all_of(
+      files, [](const std::string& file) { return std::filesystem::path(file).extension() == ".json"; });
+  const bool pictures = std::ranges::all_of(files, names_picture);
+  if (with_cameras_ ? !cameras && !pictures : !pictures) return false;
+  require(!with_cameras_ || cameras,
+          "photographs alone do not say from where they were taken: drop the file of cameras that names them, or "
+          "choose 'as textures'");
+  std::vector<std::string> all = with_cameras_ ? std::vector<std::string>() : options_.texts("partial");
+  all.insert(all.end(), files.begin(), files.end());
+  change(photographs_option(), all);
+  return true;
+}
+
+void StitchTool::ask_for_photographs() {
   const std::vector<std::string> chosen = options_.texts(photographs_option());
   const char* const words = with_cameras_     ? "choose cameras ..."
                             : chosen.empty() ? "choose photographs ..."
@@ -36,7 +116,6 @@ void StitchTool::panel() {
         change(photographs_option(), files);
       });
     });
-  VerbTool::panel();
 }
 
 std::string StitchTool::chosen_name() const {
@@ -56,9 +135,7 @@ void StitchTool::choices() {
   ImGui::RadioButton("whole chart", &region, 1);
   region_ = Region(region);
   if (region_ == Region::brush) edit_brush(size_, brush_size(), session_.scene->surface.area);
-  if (ImGui::Button("undo")) undo();
-  ImGui::SameLine();
-  if (ImGui::Button("redo")) redo();
+  undo_buttons(session_, *this);
   if (ask_to_save(session_, "choice", labels_name_)) tried(session_, [&] { save_labels(labels_name_); });
   ImGui::Separator();
 }
@@ -120,7 +197,7 @@ bool StitchTool::command(const std::vector<std::string>& words) {
             fmt::format("'{}' is not an option that the viewer sets: the model has its textures", words[1]));
   if (!own.contains(what)) return VerbTool::command(words);
   require(
-      ready_,
+      ready_ && has_photographs(),
       fmt::format("{} chooses between photographs: name them first, with 'set {} FILE'", name(), photographs_option()));
   forget_others();
   if (what == "photograph") {

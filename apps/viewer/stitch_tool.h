@@ -25,24 +25,26 @@ namespace mq::view {
 /// verb. It is saved as the labels that the verb's --labels reads.
 class StitchTool : public VerbTool {
  public:
-  StitchTool(const std::string& verb, Session& session) : VerbTool(verb, session), with_cameras_(verb == "texture") {}
-  ~StitchTool() override { background_.stop(); }
+  StitchTool(const std::string& verb, Session& session);
+  ~StitchTool() override;
 
   void panel() override;
 
   void press(const Pick& pick) override;
   void drag(const Pick& pick) override;
   void release() override;
-  bool takes_mouse() const override { return ready_; }
+  bool takes_mouse() const override { return ready_ && has_photographs(); }
   void undo() override;
   void redo() override;
   History history() const override;
   void scale_brush(double factor) override;
   double brush_radius() const override {
-    return ready_ && region_ == Region::brush ? brush_size() : 0;
+    return takes_mouse() && region_ == Region::brush ? brush_size() : 0;
   }
 
   bool command(const std::vector<std::string>& words) override;
+  /// Files of cameras, or pictures that are photographs.
+  bool take_files(const std::vector<std::string>& files) override;
   /// The labels, where what was chosen is not saved.
   void save() override {
     if (is_saved())
@@ -51,7 +53,7 @@ class StitchTool : public VerbTool {
       save_labels(labels_name_);
   }
   std::string unsaved() const override {
-    return is_saved() ? "" : "which photographs were chosen for the tool " + name();
+    return is_saved() ? "" : "which photograph was chosen where";
   }
 
   nlohmann::ordered_json report() const override;
@@ -66,6 +68,12 @@ class StitchTool : public VerbTool {
   double brush_size() const;
 
   // On the window's thread.
+  void ask_for_photographs();
+  void say_what_was_kept() const;
+  bool has_photographs() const { return !options_.texts(photographs_option()).empty(); }
+  bool complete() const override { return has_photographs() && VerbTool::complete(); }
+  std::string missing() const override;
+  std::string work_words() const override;
   void choices();
   std::string chosen_name() const;
   void give_at(const Vector3& place);
@@ -116,7 +124,7 @@ class StitchTool : public VerbTool {
   int photograph_ = 0;
   Region region_ = Region::brush;
   Length size_{5, Length::Unit::percent};
-  std::string labels_name_ = "labels.png";
+  std::string labels_name_;
   std::optional<Vector3> last_;
   Stroke stroke_;
   /// What the stroke has met so far: a part of the model with a texture, such that the photograph shows it.

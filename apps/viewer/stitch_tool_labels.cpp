@@ -31,7 +31,7 @@ void StitchTool::save_labels(const std::string& path) {
   for (const auto& file : outputs.paths()) {
     const std::string extension = file.extension().string();
     require(extension == ".png" || extension == ".tif" || extension == ".tiff",
-            fmt::format("{}: labels want no loss: name a .png or a .tif", file.string()));
+            fmt::format("{}: a choice of photographs wants no loss: name a .png or a .tif", file.string()));
   }
   for (const std::string& name : options_.texts(photographs_option())) session_.run.will_read(name);
   session_.run.will_write(outputs.paths(), outputs.folders());
@@ -41,7 +41,8 @@ void StitchTool::save_labels(const std::string& path) {
       [this, files, depth = depth_of_labels(), choice = choice_now()](const Progress&) {
         write_labels(choice, depth, files);
       },
-      [this, files, choice = choice_now()] {
+      [this, path, files, choice = choice_now()] {
+        session_.say("wrote " + path);
         {
           const std::lock_guard lock(choice_mutex_);
           saved_choice_ = choice;
@@ -74,8 +75,8 @@ VerbTool::Work StitchTool::saver(const OptionValues& options) {
 
 std::string StitchTool::command_words(const OptionValues& options) const {
   require(is_saved(),
-          "the command names the labels' file, and what was chosen is not saved as it is now: save "
-          "the labels first");
+          "the command names the file of the choice, and what was chosen is not saved as it is now: save "
+          "the choice first");
   return VerbTool::command_words(options);
 }
 
@@ -85,7 +86,7 @@ void StitchTool::require_keeps(const OptionValues& options) const {
       options.texts("labels") == options_.texts("labels"))
     return;
   require(is_saved(),
-          "what was chosen would be lost, and is not saved: save the labels first, or undo it");
+          "what was chosen would be lost, and is not saved: save the choice first, or undo it");
 }
 
 /// Other labels than those that were read or saved last take the place of what was chosen; without

@@ -161,10 +161,6 @@ void StitchTool::solve(const OptionValues& options, const Composite& composite, 
 }
 
 void StitchTool::make(const OptionValues& options, const Progress& progress) {
-  if (options.texts(photographs_option()).empty()) {
-    ready_ = false;
-    return VerbTool::make(options, progress);
-  }
   prepare(options, progress.step("prepare", 0.5));
   const TexelSpace& space = target_->space();
   if (other_labels_) {

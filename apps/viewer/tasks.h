@@ -45,10 +45,16 @@ inline constexpr std::array<ChangeWords, 6> change_words = {{
 /// What the button that begins a tool's work says.
 std::string run_words(const std::string& tool);
 
+/// What the person has in hand with it.
+std::string tool_words(const std::string& tool);
+
 /// The task that a tool is for.
 Task task_of(const std::string& tool);
 
-/// The options of a verb that matter first; the others are under "more".
-const std::vector<std::string>& first_options(const std::string& verb);
+/// The options of a tool that matter first; the others are under "more".
+const std::vector<std::string>& first_options(const std::string& tool);
+
+/// What a person calls an option of a tool; empty: by its name. Its name is in what is shown under the mouse.
+std::string option_words(const std::string& tool, const std::string& option);
 
 }  // namespace mq::view

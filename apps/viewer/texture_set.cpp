@@ -60,6 +60,21 @@ void TextureSet::show(int i, const Image<float>& pixels) {
       16);
 }
 
+Image<float> TextureSet::image(int i) const {
+  const Held& held = *textures_[std::size_t(i)];
+  const int channels = std::min(held.channels, 4);
+  Image<float> all(held.width, held.height, channels);
+  parallel_for(
+      held.height,
+      [&](std::int64_t y) {
+        for (int x = 0; x < held.width; ++x)
+          for (int c = 0; c < channels; ++c)
+            all(x, int(y), c) = held.get((std::size_t(y) * held.width + x) * 4 + std::size_t(c));
+      },
+      16);
+  return all;
+}
+
 std::vector<float> TextureSet::texel(int i, int x, int y) const {
   const Held& held = *textures_[std::size_t(i)];
   std::vector<float> values;

@@ -59,6 +59,9 @@ class TextureSet {
     });
   }
 
+  /// All values of a texture, of four channels at most, as they would be stored.
+  Image<float> image(int i) const;
+
   /// The values of one texel, as they would be stored; at most four channels.
   std::vector<float> texel(int i, int x, int y) const;
 

@@ -36,6 +36,9 @@ class Tool {
   /// Model units around the mouse that a press changes; 0: it changes a place.
   virtual double brush_radius() const { return 0; }
   virtual void scale_brush(double) {}
+  /// Takes files that are dropped on the window for its own; false: it has no use for them. Throws `InvalidInput`
+  /// where they do not fit.
+  virtual bool take_files(const std::vector<std::string>&) { return false; }
   /// What it knows of a place, in words; empty: nothing.
   virtual std::string reading(const Pick&) const { return {}; }
 
@@ -53,6 +56,8 @@ class Tool {
   virtual bool busy() const = 0;
   virtual double fraction() const = 0;
   virtual std::string step() const = 0;
+  /// The same in words, with how long it still takes, and how it is ended; empty: it will not take long.
+  virtual std::string working() const { return {}; }
   /// Waits until it has stopped.
   virtual void stop() = 0;
   /// The same without waiting.

@@ -14,8 +14,8 @@ namespace mq::view {
 
 const std::vector<std::string>& tool_names() {
   static const std::vector<std::string> names = {
-      "none",   "filter",  "geodesic", "lic",   "shock",       "denoise",
-      "stitch", "texture", "react",    "seams", "interpolate", "compare"};
+      "none",    "filter", "geodesic", "lic",   "shock",       "denoise", "stitch",
+      "texture", "charts", "react",    "seams", "interpolate", "compare"};
   return names;
 }
 
@@ -27,6 +27,7 @@ std::unique_ptr<Tool> make_tool(const std::string& name, Session& session) {
   if (name == "lic") return make_comb_tool(session);
   if (name == "shock") return make_shock_tool(session);
   if (name == "stitch" || name == "texture") return make_stitch_tool(name, session);
+  if (name == "charts") return make_charts_tool(session);
   if (name == "interpolate") return make_interpolate_tool(session);
   if (std::ranges::count(tool_names(), name) > 0) return std::make_unique<VerbTool>(name, session);
   throw InvalidInput(

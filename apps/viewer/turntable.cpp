@@ -36,6 +36,11 @@ void Turntable::look_at(const Vector3& place, double extent) {
   distance_ = extent / (pixel_at_depth_1(view_, width_, height_) * std::min(width_, height_));
 }
 
+void Turntable::look_from(const View& view) {
+  view_.azimuth = view.azimuth, view_.elevation = view.elevation, view_.up = view.up;
+  look_at(*view.target, view.extent);
+}
+
 void Turntable::turn(double right, double up) {
   view_.azimuth = std::remainder(view_.azimuth + right, 360.0);
   view_.elevation = std::clamp(view_.elevation + up, -90.0, 90.0);

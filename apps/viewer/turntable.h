@@ -15,6 +15,9 @@ class Turntable {
   /// At a place, from where it is, `extent` model units across the pane's shorter side.
   void look_at(const Vector3& place, double extent);
 
+  /// From where this view has it, which has a target and an extent.
+  void look_from(const View& view);
+
   /// By degrees: to the right around the model, and up.
   void turn(double right, double up);
   /// The middle comes nearer by this factor.

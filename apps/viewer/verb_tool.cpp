@@ -116,18 +116,17 @@ std::string VerbTool::in_force(const std::string& option) const {
 void VerbTool::edit_option(const std::string& option) {
   tried(session_, [&] {
     OptionValues edited = options_;
-    if (edit(edited, option, in_force(option)))
+    if (edit(edited, option, in_force(option), option_words(name(), option)))
       change(option, edited.given(option) ? edited.texts(option) : std::vector<std::string>{});
   });
 }
 
 void VerbTool::panel() {
-  const std::vector<std::string>& first = first_options(verb_);
+  const std::vector<std::string>& first = first_options(name());
   const std::vector<std::string> shown = shown_options();
   for (const std::string& option : first)
     if (std::ranges::count(shown, option) > 0) edit_option(option);
-  if (!has_run_ && !busy() && complete() && ImGui::Button(run_words(verb_).c_str(), {-1, 0}))
-    tried(session_, [&] { run(); });
+  begin_controls();
   stage_controls();
   if (!failure_.empty()) remark("What is shown has other options: " + failure_);
   if (has_run_) {
@@ -138,6 +137,17 @@ void VerbTool::panel() {
   for (const std::string& option : shown)
     if (std::ranges::count(first, option) == 0) edit_option(option);
   copy_button(session_, [&] { return as_command(); });
+}
+
+/// Dim while something is missing that only the person has.
+void VerbTool::begin_controls() {
+  const bool can = complete(), was_stopped = has_run_ && stale_ && stopped_ && can;
+  if (busy() || (has_run_ && !was_stopped) || (!can && missing().empty())) return;
+  if (was_stopped) remark("It was stopped: what is shown is as it was before.");
+  ImGui::BeginDisabled(!can);
+  if (ImGui::Button(was_stopped ? "go on" : run_words(name()).c_str(), {-1, 0})) tried(session_, [&] { run(); });
+  ImGui::EndDisabled();
+  if (!can) remark(missing());
 }
 
 /// With the options as they are.
@@ -220,8 +230,10 @@ bool VerbTool::command(const std::vector<std::string>& words) {
 }
 
 void VerbTool::require_complete() const {
-  require(complete(),
-          fmt::format("{} lacks what it works with: say it first, with 'set' or 'with'", verb_));
+  if (complete()) return;
+  const std::string wanted = missing();
+  throw InvalidInput(fmt::format("{} lacks what it works with: say it first, with 'set' or 'with'{}", name(),
+                                 wanted.empty() ? "" : ". " + wanted));
 }
 
 void VerbTool::save(const std::string& path) {
@@ -250,7 +262,16 @@ void VerbTool::give_up_saves() {
   writing_ = false;
 }
 
+/// Of what takes so long that a person wonders.
+std::string VerbTool::working() const {
+  constexpr double a_while = 0.5;  // seconds
+  if (!background_.busy() || background_.seconds() < a_while) return {};
+  const std::string what = writing_ ? saving() + " is being written" : work_words();
+  return fmt::format("{}: {} (Escape stops it)", what, background_.how_far());
+}
+
 void VerbTool::cancel() {
+  if (is_making()) stale_ = true;
   background_.cancel();
   stopped_ = true;
   give_up_saves();
@@ -281,9 +302,8 @@ void VerbTool::frame() {
     const Save save = std::move(saves_.front());
     saves_.pop_front();
     if (save.written) save.written();
-    session_.say("saved " + save.path);
   }
-  if (stale_ && !stopped_ && !complete()) stopped_ = true;  // until something is set
+  if (stale_ && !stopped_ && !complete()) show_nothing();
   if (stale_ && !stopped_) {
     stale_ = false;
     {
@@ -298,6 +318,14 @@ void VerbTool::frame() {
     writing_ = true;
     background_.start(saves_.front().work);
   }
+}
+
+/// Until something is set: nothing is made of options that lack something.
+void VerbTool::show_nothing() {
+  stopped_ = true;
+  has_run_ = false;
+  forget_stages();
+  session_.show(nullptr, nullptr);
 }
 
 /// Pictures of numbers where the model's are.
@@ -392,10 +420,11 @@ void VerbTool::stage_controls() {
     if (stage < count) name = stages_[stage_].name;
   }
   if (count < 2) return;
-  if (ImGui::SliderInt("stage", &stage, 0, std::max(1, count - 1), name.c_str(),
-                       ImGuiSliderFlags_AlwaysClamp) &&
-      stage < count)
-    choose_stage(std::size_t(stage));
+  const bool moved = ImGui::SliderInt("on the way", &stage, 0, std::max(1, count - 1), name.c_str(),
+                                      ImGuiSliderFlags_AlwaysClamp);
+  if (ImGui::IsItemHovered() && !ImGui::IsItemActive())
+    ImGui::SetTooltip("what was shown on the way to the result, which is on the right");
+  if (moved && stage < count) choose_stage(std::size_t(stage));
 }
 
 void VerbTool::choose_stage(std::size_t stage) {
@@ -408,6 +437,7 @@ void VerbTool::choose_stage(std::size_t stage) {
 }
 
 void VerbTool::stop() {
+  if (is_making()) stale_ = true;
   background_.stop();
   stopped_ = true;
   give_up_saves();
@@ -417,7 +447,7 @@ nlohmann::ordered_json VerbTool::report() const {
   nlohmann::ordered_json stages = nlohmann::ordered_json::array();
   const std::lock_guard lock(stages_mutex_);
   for (const Stage& stage : stages_) stages.push_back(stage.name);
-  return {{"name", verb_}, {"found", found_}, {"stages", stages}};
+  return {{"name", name()}, {"found", found_}, {"stages", stages}};
 }
 
 }  // namespace mq::view

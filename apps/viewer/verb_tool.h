@@ -40,6 +40,7 @@ class VerbTool : public Tool {
   }
   double fraction() const override { return background_.fraction(); }
   std::string step() const override { return background_.step(); }
+  std::string working() const override;
   void stop() override;
   void cancel() override;
   void save() override { save(texture_name_); }
@@ -76,6 +77,14 @@ class VerbTool : public Tool {
   virtual bool complete() const;
   /// Throws `InvalidInput` where it is not.
   void require_complete() const;
+  /// What is still wanted of the person, as a sentence; empty: nothing that needs to be said.
+  virtual std::string missing() const { return {}; }
+  /// What goes on while `make` does, as a person calls it.
+  virtual std::string work_words() const { return "being worked out"; }
+  /// Whether what is shown is of the options as they are.
+  bool is_current() const { return !stale_ && failure_.empty() && !is_making(); }
+  /// Whether that will be so without a person's doing.
+  bool is_on_its_way() const { return is_making() || (stale_ && !stopped_); }
   /// Whether an option that says what is computed is in the panel.
   virtual bool shows(const Option&) const { return true; }
   /// The result, on the other thread: the model's textures, or its colours at vertices.
@@ -99,6 +108,9 @@ class VerbTool : public Tool {
  private:
   void save(const std::string& path);
   void run();
+  void begin_controls();
+  void show_nothing();
+  bool is_making() const { return background_.busy() && !writing_; }
   void edit_option(const std::string& option);
   std::string as_command() const;
   void refuse_as_the_verb() const;
@@ -154,6 +166,9 @@ std::unique_ptr<Tool> make_shock_tool(Session& session);
 
 /// Which photograph wins where, of the verb stitch or texture.
 std::unique_ptr<Tool> make_stitch_tool(const std::string& verb, Session& session);
+
+/// Steps between the charts of a texture, taken out without other photographs.
+std::unique_ptr<Tool> make_charts_tool(Session& session);
 
 /// Moments between the textures and others.
 std::unique_ptr<Tool> make_interpolate_tool(Session& session);

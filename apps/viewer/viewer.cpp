@@ -23,10 +23,11 @@ constexpr float panel_width = 300, status_height = 24;
 }  // namespace
 
 Viewer::Viewer(Session& session, Display& display, double scale, Theme theme)
-    : session_(session), display_(display), scale_(scale) {
+    : session_(session), display_(display), scale_(scale), tour_(session) {
   set_theme(theme);
   if (session.sequence) task_ = Task::play;
   recent_ = recent_files();
+  picture_name_ = session.free_file("view.png");
   session.ask_for_files = [this](std::function<void(const Files&)> then) {
     ask_for_files(std::move(then));
   };
@@ -44,7 +45,8 @@ void Viewer::take_tool(const std::string& name) {
     return;
   }
   require(!session_.empty, "there is no model to work on: open one first");
-  unless_lost("take the tool " + name, [this, name] { change_tool(name); });
+  unless_lost(name == "none" ? "put it away" : "go on to '" + tool_words(name) + "'",
+              [this, name] { change_tool(name); });
 }
 
 void Viewer::change_tool(const std::string& name) {
@@ -142,7 +144,7 @@ void Viewer::frame(const ScriptedInput* scripted) {
       else
         write_picture(picture_name_, Pane(picture_of_), 1 << picture_times_);
       session_.say("wrote " + picture_name_);
-      picture_name_ = Session::free_file(picture_name_);
+      picture_name_ = session_.free_file(session_.name_of(picture_name_));
     });
   if (const std::string now = title(); std::exchange(shown_title_, now) != now)
     display_.set_title(now);
@@ -215,7 +217,13 @@ void Viewer::work() {
       show_error(error.what());
     }
   }
+  try {
+    take_difference();
+  } catch (const Error& error) {
+    show_error(error.what());
+  }
   go_on_when_saved(failed);
+  if (std::exchange(model_to_close_, false)) tried(session_, [&] { close_model(); });
   take_chosen_files();
   if (const std::vector<std::string> files = display_.dropped(); !files.empty())
     tried(session_, [&] { drop(files); });
@@ -250,7 +258,9 @@ void Viewer::status_line(float y, float width) {
   if (const std::string known = tool_ && pick_ ? tool_->reading(pick_) : ""; !known.empty())
     words = known + "  " + words;
   const bool news = !message.empty() && !(scripted_ && mouse_used_since_said_ && !words.empty());
-  const std::string& shown = news ? message : words;
+  std::string shown = news ? message : words;
+  if (const std::string working = tool_ ? tool_->working() : ""; !working.empty())
+    shown = working + (shown.empty() ? "" : "\n") + shown;
   const float lines = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width - scaled(16)).y;
   const float least = scaled(status_height), height = std::max(least, lines + scaled(8));
   ImGui::SetNextWindowPos({0, y + least - height});

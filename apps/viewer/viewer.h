@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "difference_tour.h"
 #include "display.h"
 #include "file_chooser.h"
 #include "gl.h"
@@ -60,13 +61,18 @@ class Viewer {
   }
   /// The whole texture.
   void home_atlas();
+  /// A place of a texture in the middle, so many pixels per texel.
+  void look_at_texel(int texture, double column, double row, double zoom);
 
   /// Begins to load a model, or other textures for the one that is open, which is shown until all
   /// of it is there. Throws `InvalidInput` where the files are not one model and its textures.
   void open(const std::vector<std::string>& files);
 
-  /// What files do that are dropped on the window: cameras are for the photographs of the tool in hand, all
-  /// else is opened.
+  /// No model is open then, and the window offers to open one. Asks first where something is not saved.
+  void close_model();
+
+  /// What files do that are dropped on the window: cameras and photographs are for the tool in hand that asks for
+  /// them, all else is opened.
   void drop(const std::vector<std::string>& files);
 
   /// Begins to make a sample, which is then opened.
@@ -86,7 +92,7 @@ class Viewer {
   void cancel_loading() { loader_.cancel(); }
 
   /// Whether something goes on that the next frame should show.
-  bool busy() const { return loader_.busy() || (tool_ && tool_->busy()); }
+  bool busy() const { return loader_.busy() || tour_.busy() || (tool_ && tool_->busy()); }
 
   /// Who is asked before something unsaved is lost.
   enum class Asking { nobody, person };
@@ -114,6 +120,12 @@ class Viewer {
   void set_theme(Theme theme);
   /// The tool in hand takes strokes back, or does them again, until so many are done.
   void go_to_stroke(std::size_t count);
+  /// Looks where the textures differ most from those that were opened, and at the next such place when asked again;
+  /// once it is found.
+  void look_at_difference();
+  bool looks_for_difference() const { return tour_.busy(); }
+  /// Takes over the place that was looked for.
+  void take_difference();
   /// Puts other textures on the right of the wipe.
   void compare_with(const std::vector<std::string>& files);
   /// What a key does: "?", "ctrl+s", "f". False where it does nothing.
@@ -153,6 +165,7 @@ class Viewer {
   // viewer_keys.cpp
   void use_keys();
   bool use_command_key(const std::string& key);
+  bool end_what_goes_on();
   void show_keys();
 
   // viewer_start.cpp
@@ -184,6 +197,7 @@ class Viewer {
   void number_controls();
   void wipe_controls();
   void compare_controls();
+  void difference_controls();
   void photograph_controls();
   void play_controls();
   void picture_controls();
@@ -244,6 +258,7 @@ class Viewer {
   bool wipes_for_task_ = false;  ///< the wipe is there because of the task `compare`
   std::string error_;
   Loader loader_;
+  DifferenceTour tour_;
   int asked_frame_ = -1;  ///< of the sequence, that is being loaded
   Asking asking_ = Asking::person;
   std::string question_;
@@ -251,7 +266,8 @@ class Viewer {
   std::function<void()>
       on_saved_;  ///< the question is whether to wait for it; nothing: it is another
   bool closed_ = false, asked_to_close_ = false;
-  std::string to_open_, to_compare_, picture_name_ = Session::free_file("view.png");
+  bool model_to_close_ = false;  ///< before the next picture
+  std::string to_open_, to_compare_, picture_name_;
   std::vector<std::string> recent_;
   int picture_of_ = 0, picture_times_ = 0;  ///< model, texture or window; 1, 2 or 4 times
   bool screenshot_asked_ = false;

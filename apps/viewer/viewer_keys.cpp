@@ -1,5 +1,6 @@
 // What keys do, and the list of it that "?" shows.
 #include <imgui.h>
+#include <imgui_internal.h>
 
 #include <algorithm>
 
@@ -26,11 +27,12 @@ constexpr KeyWords key_words[] = {
     {"L, S, W", "light, seams, wires"},
     {"[ and ], - and +", "a smaller, a larger brush"},
     {"Ctrl + Z, Ctrl + Y", "takes the last stroke back, does it again"},
+    {"N", "where the textures differ most from before; the next such place"},
     {"Ctrl + O, Ctrl + S", "opens a model, saves what was made"},
-    {"Ctrl + Q", "closes the window"},
+    {"Ctrl + W, Ctrl + Q", "closes the model, the window"},
     {"D", "dark or light panels"},
     {"Return, Escape", "save it first, and stay, where the window asks"},
-    {"Escape", "ends what is going on, and puts messages away"},
+    {"Escape", "ends what is going on, and puts lists and messages away"},
     {"? or F1", "this list"},
 };
 
@@ -60,21 +62,14 @@ bool Viewer::use_key(const std::string& key) {
     take_path();
     return true;
   }
-  if (key == "escape") {
-    const bool shows = keys_shown_ || !session_.refusal.empty() || asking_path_;
-    keys_shown_ = asking_path_ = false;
-    session_.refusal.clear();
-    if (shows) return true;
-    if (loader_.busy()) loader_.cancel();
-    else if (tool_ && tool_->busy()) tool_->cancel();
-    return true;
-  }
+  if (key == "escape") return end_what_goes_on();
   if (key.starts_with("ctrl+")) return use_command_key(key.substr(5));
   if (session_.empty || key.size() != 1) return false;
   Look& look = session_.look;
   switch (key[0]) {
     case 'f': home(), home_atlas(); break;
     case 'b': look.wipe = look.wipe < 0 && session_.compares() ? 0.5 : -1; break;
+    case 'n': look_at_difference(); break;
     case 'l': look.lit = !look.lit; break;
     case 's': look.seams = !look.seams; break;
     case 'u': set_up(up_ == View::Up::y ? View::Up::z : View::Up::y); break;
@@ -95,9 +90,28 @@ bool Viewer::use_key(const std::string& key) {
   return true;
 }
 
+/// A list that is open first, then messages and questions, then work.
+bool Viewer::end_what_goes_on() {
+  const bool lists = ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+  if (lists && !asking_path_) {
+    ImGui::ClosePopupToLevel(0, false);
+    return true;
+  }
+  const bool shows = keys_shown_ || !session_.refusal.empty() || asking_path_;
+  keys_shown_ = asking_path_ = false;
+  session_.refusal.clear();
+  if (shows) return true;
+  if (loader_.busy()) loader_.cancel();
+  else if (tour_.busy()) tour_.cancel();
+  else if (tool_ && tool_->busy()) tool_->cancel();
+  return true;
+}
+
 bool Viewer::use_command_key(const std::string& key) {
   if (key == "o") {
     ask_for_model();
+  } else if (key == "w") {
+    close_model();
   } else if (key == "q") {
     close();
   } else if (key == "s") {

@@ -92,10 +92,12 @@ void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
   const bool other_mesh =
       other && loaded->opened->texts("mesh") != session_.opened.texts("mesh");
   change_tool("none");
+  tour_.stop();
   pick_ = {};
   session_.open(std::move(loaded));
   if (!other) return;
   session_.refusal.clear();
+  picture_name_ = session_.free_file("view.png");
   app::describe_input(session_.run, *session_.scene);
   opened_ = true;
   if (other_mesh && session_.sequence) task_ = Task::play;
@@ -104,6 +106,19 @@ void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
   place_panes();
   if (other_mesh) home();
   home_atlas();
+}
+
+void Viewer::close_model() {
+  require(!session_.empty, "there is no model to close");
+  unless_lost("close the model", [this] {
+    loader_.cancel();
+    change_tool("none");
+    tour_.stop();
+    pick_ = {};
+    session_.close();
+    task_ = Task::look;
+    wipes_for_task_ = opened_ = false;
+  });
 }
 
 void Viewer::remember_opened() {

@@ -29,8 +29,11 @@ void Viewer::panel(float width, float height) {
   ImGui::PushItemWidth(width * 0.5F);
   const TexturedModel& scene = *session_.scene;
   ImGui::TextUnformatted(scene.model.path.filename().string().c_str());
-  ImGui::SameLine(width - scaled(80));
+  ImGui::SameLine(width - scaled(124));
   if (ImGui::SmallButton("open ...")) tried(session_, [&] { ask_for_model(); });
+  ImGui::SameLine();
+  if (ImGui::SmallButton("close")) model_to_close_ = true;
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("Ctrl + W: back to the empty window, with samples");
   remark(fmt::format("{} triangles{}", counted(scene.surface.triangle_count()),
                      scene.atlas ? fmt::format(", {} charts", counted(std::ssize(scene.atlas->charts)))
                                  : ", no texture coordinates"));

@@ -175,6 +175,14 @@ void Viewer::home_atlas() {
   view.row = size.height / 2.0 - 0.5 - atlas_at_.height / 2.0 / view.zoom;
 }
 
+void Viewer::look_at_texel(int texture, double column, double row, double zoom) {
+  AtlasView& view = session_.atlas;
+  view.texture = texture;
+  view.zoom = std::clamp(zoom, 1e-3, 200.0);
+  view.column = column - atlas_at_.width / 2.0 / view.zoom;
+  view.row = row - atlas_at_.height / 2.0 / view.zoom;
+}
+
 void Viewer::atlas_pane() {
   const Look& look = session_.look;
   const FalseColour scale =

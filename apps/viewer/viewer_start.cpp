@@ -140,12 +140,8 @@ void Viewer::take_chosen_files() {
 }
 
 void Viewer::drop(const Files& files) {
-  const bool cameras = std::ranges::all_of(
-      files, [](const std::string& file) { return fs::path(file).extension() == ".json"; });
-  if (!cameras || tool_name_ != "texture") return open(files);
-  std::vector<std::string> words = {"set", "cameras"};
-  words.insert(words.end(), files.begin(), files.end());
-  tool_->command(words);
+  const bool in_hand = tool_ && task_of(tool_name_) == task_;
+  if (!in_hand || !tool_->take_files(files)) open(files);
 }
 
 /// A path, and what lies in its folder.
@@ -167,7 +163,7 @@ void Viewer::path_question() {
     return;
   if (appears) ImGui::SetKeyboardFocusHere();
   ImGui::SetNextItemWidth(scaled(480));
-  ImGui::InputText("##path", &to_open_);
+  ImGui::InputText("##path", &to_open_, ImGuiInputTextFlags_AutoSelectAll);
   bool open_it = false;
   const fs::path named = fs::path(to_open_).parent_path(), folder = named.empty() ? "." : named;
   ImGui::BeginChild("files", {scaled(480), scaled(260)}, true);

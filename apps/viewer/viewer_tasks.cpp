@@ -49,7 +49,7 @@ void Viewer::look_controls() {
   ImGui::Checkbox("wires", &look.wires);
   if (shows_numbers(look)) number_controls();
   if (tool_) {
-    remark(fmt::format("In hand: {}{}.", tool_name_,
+    remark(fmt::format("In hand: {}{}.", tool_words(tool_name_),
                        tool_->unsaved().empty() ? "" : ", not saved"));
     if (ImGui::SmallButton("put it away")) tried(session_, [&] { take_tool("none"); });
   }
@@ -117,11 +117,12 @@ void Viewer::wipe_controls() {
 void Viewer::compare_controls() {
   if (session_.compares()) wipe_controls();
   if (tool_ && tool_name_ != "compare")
-    remark(fmt::format("Left of the line: as it was opened. Right of it: {}.", tool_name_));
+    remark(fmt::format("Left of the line: as it was opened. Right of it: what '{}' made.", tool_words(tool_name_)));
   if (!session_.before) {
     remark("The model has no textures to compare others with.");
     return;
   }
+  difference_controls();
   heading("another texture");
   ImGui::SetNextItemWidth(-scaled(80));
   if (ImGui::InputTextWithHint("##with", "its file", &to_compare_, ImGuiInputTextFlags_EnterReturnsTrue))
@@ -135,6 +136,38 @@ void Viewer::compare_controls() {
       });
     });
   if (tool_name_ == "compare") tool_controls();
+}
+
+/// Where to look for what is different, once something may be.
+void Viewer::difference_controls() {
+  if (!session_.result && (!tool_ || tool_name_ == "compare")) return;
+  const std::string at = tour_.words();
+  ImGui::BeginDisabled(tour_.busy());
+  if (ImGui::Button(at.empty() ? "go where they differ most" : "go to the next place", {-1, 0}))
+    tried(session_, [&] { look_at_difference(); });
+  ImGui::EndDisabled();
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("N; the whole model again: F");
+  if (tour_.busy())
+    ImGui::ProgressBar(float(tour_.fraction()), {-1, 0}, "looking for it");
+  else if (!at.empty())
+    remark(at);
+}
+
+void Viewer::look_at_difference() {
+  tour_.next({double(session_.results), double(uploads_), double(session_.openings)});
+}
+
+void Viewer::take_difference() {
+  const auto stop = tour_.arrived(up_);
+  if (!stop) return;
+  session_.camera.look_from(stop->view);
+  const DifferencePlace& place = stop->place;
+  const double zoom = std::min(atlas_at_.width, atlas_at_.height) * session_.scene->atlas->texel_spacing() /
+                      stop->view.extent;
+  look_at_texel(place.texture, place.column, place.row, zoom);
+  pick_ = pick_in_atlas(*session_.scene, *session_.triangles_at, session_.shown(), place.texture, place.column,
+                        place.row);
+  session_.say(tour_.words());
 }
 
 void Viewer::compare_with(const std::vector<std::string>& files) {
@@ -152,14 +185,16 @@ void Viewer::compare_with(const std::vector<std::string>& files) {
     unless_lost("compare with another texture", compare);
 }
 
-/// Photographs with cameras, or photographs as textures.
+/// Photographs with cameras, photographs as textures, or none: then the charts count as some.
 void Viewer::photograph_controls() {
-  int kind = tool_name_ == "stitch" ? 1 : tool_name_ == "texture" ? 0 : -1;
+  constexpr const char* tools[] = {"texture", "stitch", "charts"};
+  int kind = int(std::ranges::find(tools, tool_name_) - std::begin(tools));
   const int was = kind;
   ImGui::RadioButton("with cameras", &kind, 0);
   ImGui::SameLine();
   ImGui::RadioButton("as textures", &kind, 1);
-  if (kind != was) tried(session_, [&] { take_tool(kind == 0 ? "texture" : "stitch"); });
+  ImGui::RadioButton("none: the charts of the texture alone", &kind, 2);
+  if (kind != was) tried(session_, [&] { take_tool(tools[kind]); });
   if (!tool_) remark("The model needs texture coordinates and a texture for that.");
   tool_controls();
 }

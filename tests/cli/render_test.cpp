@@ -88,6 +88,30 @@ TEST(Render, SaysWhereItLooksAtASeam) {
   EXPECT_NEAR(seam["at"][0].get<double>(), 1, 1e-9);  // the border between the two squares
 }
 
+TEST(Render, LooksWhereTwoTexturesDifferMost) {
+  const Folder folder;
+  write_strip(folder);
+  Image<float> other = read_texture(folder / "strip.png").pixels;
+  for (int y = 20; y < 26; ++y)
+    for (int x = 44; x < 50; ++x) other(x, y, 1) = other(x, y, 1) > 0.5F ? 0.F : 1.F;
+  write_image(folder / "other.png", other);
+  const Result result = marquetry(folder, {"render", "strip.obj", "-o", "out.png", "--compare", "other.png", "--at",
+                                           "difference", "--extent", "12tx", "-s", "50", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto found = result.json()["result"]["difference"];
+  EXPECT_GT(found["largest"].get<double>(), 3 * found["rms"].get<double>());
+  EXPECT_NEAR(found["at"][0].get<double>(), 1.46, 0.15);
+  EXPECT_NEAR(found["at"][1].get<double>(), 0.53, 0.15);
+  const auto error = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"render", "strip.obj", "-o", "x.png", "--at", "difference"});
+    const Result refused = marquetry(folder, words);
+    EXPECT_EQ(refused.status, 2);
+    return refused.error;
+  };
+  EXPECT_THAT(error({}), HasSubstr("name other textures with --compare"));
+  EXPECT_THAT(error({"--compare", "strip.png"}), HasSubstr("do not differ anywhere"));
+}
+
 TEST(Render, MeasuresTheSeamsOfWhatItCompares) {
   const Folder folder;
   write_strip(folder);

@@ -1,8 +1,9 @@
 #!/bin/bash
 # hands.sh MARQUETRY: a person's hands at the window, by real mouse and keyboard on a screen of Xvfb: opens a
 # model in the empty window, paints on it, compares, saves, opens another one by a dialog, paints again, and
-# closes. Run by hands_test.cpp in a folder with sphere.obj and other.obj. Writes window.log, and pictures of the
-# screen where SHOTS names a folder.
+# closes. On the way a list is closed by a key, and a model by its button. Run by hands_test.cpp in a folder with
+# sphere.obj and other.obj. Writes window.log, where there is ffmpeg pictures of the list, and pictures of the whole
+# way where SHOTS names a folder.
 set -euo pipefail
 marquetry=$1
 mkdir bin  # the desktop's dialogs are looked for there
@@ -19,6 +20,11 @@ fail() {
 shot() {
   [ -z "${SHOTS:-}" ] ||
     ffmpeg -v error -y -f x11grab -video_size 900x460 -i "$DISPLAY" -frames:v 1 "$SHOTS/$1.png"
+}
+# seen NAME: a picture of the panel, without the mouse
+seen() {
+  ! command -v ffmpeg > /dev/null ||
+    ffmpeg -v error -y -f x11grab -draw_mouse 0 -video_size 300x440 -i "$DISPLAY" -frames:v 1 "$1.png"
 }
 # until WHAT COMMAND...: for twenty seconds at most
 until_true() {
@@ -92,6 +98,14 @@ shot painted
 again_until titled "sphere.obj - marquetry" -- key ctrl+z
 key ctrl+y
 until_true "a stroke is done again" titled "* sphere.obj - marquetry"
+press() {
+  xdotool mousemove "$1" "$2"
+  sleep 0.3
+  xdotool click 1
+  sleep 0.5
+}
+again_until titled "sphere.obj - marquetry" -- press 30 250  # undo, below the brush
+again_until titled "* sphere.obj - marquetry" -- press 75 250  # redo
 
 # A turn by the right button, compare, and back: nothing is lost.
 xdotool mousemove 460 300 mousedown 3 mousemove 420 280 mouseup 3
@@ -101,6 +115,25 @@ key 3
 key ctrl+s
 until_true "the texture is saved" test -s filtered.png
 until_true "the title says that it is saved" titled "sphere.obj - marquetry"
+
+# The list of what is shown, and the key that closes it.
+key 1
+xdotool mousemove 200 400
+sleep 7  # until what was said is gone
+seen list_before
+press 84 217
+xdotool mousemove 200 400
+sleep 0.3
+seen list_open
+shot list
+key Escape
+sleep 0.3
+seen list_closed
+
+# Back to the empty window, and to the model again.
+again_until titled marquetry -- press 263 15
+shot closed
+again_until titled "sphere.obj - marquetry" -- open_by_path
 
 # Another model, by the dialog of a desktop, which is a script here.
 cat > bin/zenity << 'END'

@@ -38,6 +38,19 @@ TEST(Hands, OpenAModelPaintOnItAndSaveIt) {
   }
   EXPECT_GT(painted_first, 100);
   EXPECT_GT(painted_second, 50);
+  // Escape closes the list of what is shown.
+  if (there_is("ffmpeg")) {
+    const Image<float> list_before = picture(folder, "list_before.png"), open = picture(folder, "list_open.png"),
+                       closed = picture(folder, "list_closed.png");
+    const auto differing_panels = [&](const Image<float>& a) {
+      int count = 0;
+      for (std::size_t k = 0; k < a.values().size(); ++k)
+        count += std::abs(a.values()[k] - list_before.values()[k]) > 0.1F;
+      return count;
+    };
+    EXPECT_GT(differing_panels(open), 3000);
+    EXPECT_LT(differing_panels(closed), 300);
+  }
   // The window keeps in mind what was opened.
   EXPECT_THAT(file_bytes(folder / "state/marquetry/recent"),
               testing::MatchesRegex("/[^\n]*/other.obj\n/[^\n]*/sphere.obj\n"));

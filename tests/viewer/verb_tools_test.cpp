@@ -271,9 +271,9 @@ TEST(StitchTool, SaysWhatItWants) {
   EXPECT_THAT(refused(photographs + "photograph 2\n"),
               HasSubstr("line 3: found '2', wanted best or a number from 0 to 1"));
   EXPECT_THAT(refused(photographs + "photograph 1\nstroke 0,0,1\ncopy-command a.txt\n"),
-              HasSubstr("line 5: the command names the labels' file"));
+              HasSubstr("line 5: the command names the file of the choice"));
   EXPECT_THAT(refused(photographs + "save-labels labels.jpg\n"),
-              HasSubstr("labels.jpg: labels want no loss"));
+              HasSubstr("labels.jpg: a choice of photographs wants no loss"));
   EXPECT_THAT(refused(photographs + "save-labels best.png\n"), HasSubstr("would replace it"));
 }
 

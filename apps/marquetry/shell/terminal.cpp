@@ -36,17 +36,6 @@ int terminal_width() {
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;
 }
 
-/// Seconds left if the rest goes as fast as what is done; nothing where that means nothing.
-std::optional<double> seconds_left(double fraction, double elapsed) {
-  if (fraction < 0.02) return {};
-  return elapsed * (1 - fraction) / fraction;
-}
-
-std::string estimate(double fraction, double elapsed) {
-  const std::optional<double> left = seconds_left(fraction, elapsed);
-  return !left || *left < 1 ? "" : fmt::format(", about {} left", duration(*left));
-}
-
 void print_line(const nlohmann::ordered_json& object) {
   fmt::print(stderr, "{}\n", object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }

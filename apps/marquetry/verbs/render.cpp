@@ -11,6 +11,7 @@
 #include "mq/base/length.h"
 #include "mq/base/words.h"
 #include "mq/draw/pinhole.h"
+#include "mq/draw/texture_difference.h"
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
 #include "shell/arguments.h"
@@ -33,22 +34,11 @@ double extent_of(const OptionValues& options, const TexturedModel& scene) {
   return std::sqrt(weight_from_length(length, scale));
 }
 
-/// Moves the camera to the place --at names. The worst seam is that of the textures drawn first.
-void look_at_place(Run& run, const TexturedModel& scene, const ModelRenderer& renderer,
-                   View& view) {
-  const OptionValues& options = run.options();
-  if (!options.has("at")) return;
-  const std::string at = options.text("at"), file = scene.model.path.string();
-  require(at != "seam" || has_pictures(scene), file + ": has no textures whose seams could differ");
-  require(at != "seam" || scene.atlas->seam_count > 0,
-          file + ": has no seam to look at; give --at three coordinates");
-  const double extent = extent_of(options, scene);
-  if (at != "seam") {
-    const auto place = numbers_of(options, "at", 3);
-    view.target = Vector3(place[0], place[1], place[2]);
-    view.extent = extent;
-    return;
-  }
+/// Where the textures drawn first jump most.
+void look_at_seam(Run& run, const TexturedModel& scene, const ModelRenderer& renderer, double extent, View& view) {
+  const std::string file = scene.model.path.string();
+  require(has_pictures(scene), file + ": has no textures whose seams could differ");
+  require(scene.atlas->seam_count > 0, file + ": has no seam to look at; give --at three coordinates");
   const SeamDifference seams = texture_seams(scene);
   require(!seams.edges.empty(),
           file + ": has no seam whose two sides could differ; give --at three coordinates");
@@ -62,6 +52,38 @@ void look_at_place(Run& run, const TexturedModel& scene, const ModelRenderer& re
   const Vector3& p = *view.target;
   run.result["seam"] = {
       {"rms", seams.rms}, {"largest", seams.worst.difference}, {"at", {p.x(), p.y(), p.z()}}};
+}
+
+/// Where the textures drawn first and those drawn beside them differ most.
+void look_at_difference(Run& run, const TexturedModel& scene, std::span<const Texture> after,
+                        const ModelRenderer& renderer, double extent, View& view) {
+  const std::string file = scene.model.path.string();
+  require(!after.empty(), "--at difference: there is nothing to differ from: name other textures with --compare");
+  const TextureDifference found =
+      texture_difference(scene.surface, *scene.atlas, pictures_of(scene.model.textures),
+                         pictures_of(after.first(scene.model.textures.size())), {.most = 1});
+  require(!found.places.empty(), file + ": --at difference: the textures do not differ anywhere on the model");
+  const DifferencePlace& place = found.places.front();
+  const Sight sight = renderer.sight_of_place(place.point, place.normal, extent, view);
+  if (!sight.clear)
+    run.terminal().remark("the place where textures differ most is hidden; seen from straight above");
+  view = sight.view;
+  const Vector3& p = place.point;
+  run.result["difference"] = {
+      {"rms", found.rms}, {"largest", place.difference}, {"at", {p.x(), p.y(), p.z()}}};
+}
+
+/// Moves the camera to the place --at names.
+void look_at_place(Run& run, const TexturedModel& scene, std::span<const Texture> after,
+                   const ModelRenderer& renderer, View& view) {
+  const OptionValues& options = run.options();
+  if (!options.has("at")) return;
+  const double extent = extent_of(options, scene);
+  if (options.text("at") == "seam") return look_at_seam(run, scene, renderer, extent, view);
+  if (options.text("at") == "difference") return look_at_difference(run, scene, after, renderer, extent, view);
+  const auto place = numbers_of(options, "at", 3);
+  view.target = Vector3(place[0], place[1], place[2]);
+  view.extent = extent;
 }
 
 /// The camera that --through and --photograph name. Throws `InvalidInput` where there is none.
@@ -147,7 +169,7 @@ Exit render(Run& run) {
       return;
     }
     const ModelRenderer renderer(scene);
-    look_at_place(run, scene, renderer, wanted.render.view);
+    look_at_place(run, scene, after, renderer, wanted.render.view);
     picture = renderer.draw(wanted, after, step);
     if (options.has("cameras"))
       camera = pinhole_of(Camera(scene.surface.mesh, wanted.render.view, picture.width(),

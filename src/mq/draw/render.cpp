@@ -300,8 +300,8 @@ Renderer::~Renderer() = default;
 
 const Surface& Renderer::surface() const { return shared_->surface; }
 
-Sight Renderer::sight_of(const Vector3& point, const Vector3& normal, double extent,
-                         View::Up up) const {
+Sight sight_of(const Surface& surface, const Scene& scene, const Vector3& point, const Vector3& normal,
+               double extent, View::Up up) {
   constexpr double degrees = 180 / std::numbers::pi;
   const Vector3 n = to_upright(up, normal);
   Sight best;
@@ -319,11 +319,16 @@ Sight Renderer::sight_of(const Vector3& point, const Vector3& normal, double ext
       sight.view.azimuth += tilt * std::sin(turn * std::numbers::pi / 4);
       sight.view.elevation = std::clamp(
           sight.view.elevation + tilt * std::cos(turn * std::numbers::pi / 4), -90.0, 90.0);
-      look(shared_->surface, shared_->scene, point, sight);
+      look(surface, scene, point, sight);
       const double worth = sight.clear ? sight.open * std::cos(tilt / degrees) : 0;
       if (worth > most) most = worth, best = sight;
     }
   return best;
+}
+
+Sight Renderer::sight_of(const Vector3& point, const Vector3& normal, double extent,
+                         View::Up up) const {
+  return mq::sight_of(shared_->surface, shared_->scene, point, normal, extent, up);
 }
 
 namespace {

@@ -65,6 +65,14 @@ struct Sight {
   double open = 0;     ///< the share of the picture that the surface around the place fills, 0 to 1
 };
 
+class Scene;
+
+/// A view of `point`, `extent` model units across: of directions up to 60 degrees from `normal`
+/// the one in which it is clear and the surface around fills most of the picture, straight ones
+/// preferred; along −`normal` where it is clear in none. `scene` has the surface's rays.
+Sight sight_of(const Surface& surface, const Scene& scene, const Vector3& point, const Vector3& normal,
+               double extent, View::Up up = View::Up::y);
+
 class Renderer {
  public:
   /// Builds what all pictures share. Surface and atlas must outlive it; without an atlas there are
@@ -87,9 +95,7 @@ class Renderer {
   std::vector<Image<float>> draw_together(const Paints& paints, std::span<const RenderOptions> wanted,
                                           const Progress& progress = {}) const;
 
-  /// A view of `point`, `extent` model units across: of directions up to 60 degrees from `normal`
-  /// the one in which it is clear and the surface around fills most of the picture, straight ones
-  /// preferred; along −`normal` where it is clear in none.
+  /// As the function of this name, of this surface.
   Sight sight_of(const Vector3& point, const Vector3& normal, double extent,
                  View::Up up = View::Up::y) const;
 

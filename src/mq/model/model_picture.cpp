@@ -109,6 +109,13 @@ Sight ModelRenderer::sight_of_seam(const SeamDifference& seams, double extent,
   return sight;
 }
 
+Sight ModelRenderer::sight_of_place(const Vector3& point, const Vector3& normal, double extent,
+                                    const View& like) const {
+  Sight sight = renderer_.sight_of(point, normal, extent, like.up);
+  sight.view.projection = like.projection;
+  return sight;
+}
+
 Image<float> draw_layout(const TexturedModel& model, std::span<const Texture> after,
                          const UvLayoutOptions& layout, const SheetOptions& sheet,
                          const Progress& progress) {

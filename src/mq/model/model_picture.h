@@ -38,6 +38,9 @@ class ModelRenderer {
   /// projected as `like` is. Throws `InvalidInput` where there is no seam.
   Sight sight_of_seam(const SeamDifference& seams, double extent, const View& like) const;
 
+  /// The same of a place of the surface, as `Renderer::sight_of` has it.
+  Sight sight_of_place(const Vector3& point, const Vector3& normal, double extent, const View& like) const;
+
  private:
   Paints paints(std::span<const Texture> textures) const;
   std::vector<Version> versions_of(std::span<const Texture> after) const;

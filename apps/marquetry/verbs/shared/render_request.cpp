@@ -16,7 +16,9 @@ namespace {
 using Paint = RenderOptions::Paint;
 using Lines = RenderOptions::Lines;
 
-bool is_place(const std::string& text) { return text == "seam" || parse_numbers(text, 3); }
+bool is_place(const std::string& text) {
+  return text == "seam" || text == "difference" || parse_numbers(text, 3);
+}
 
 /// What --paint says, or the best there is.
 Paint paint_of(const OptionValues& options, const TexturedModel& scene) {
@@ -123,10 +125,11 @@ void add_camera_options(OptionTable& table) {
   table.add({.name = "at",
              .type = Type::text,
              .accepts = is_place,
-             .wanted = "seam, or three coordinates such as 0.1,2,3",
-             .metavar = "seam|X,Y,Z",
+             .wanted = "seam, difference, or three coordinates such as 0.1,2,3",
+             .metavar = "seam|difference|X,Y,Z",
              .group = group,
-             .help = "look closely at a point, or where the texture differs most at a seam"});
+             .help = "look closely at a point, where the texture differs most at a seam, or where it differs most "
+                     "from the first of --compare"});
   table.add(
       {.name = "extent",
        .type = Type::length,
