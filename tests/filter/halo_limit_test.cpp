@@ -88,7 +88,7 @@ TEST(HaloLimit, LeavesContrastBelowTheThresholdAlone) {
     return psi;
   };
   const HaloOptions options{.threshold = 0.02};
-  const Signal faint = ripples(0.01), clear = ripples(0.06);
+  const Signal faint = ripples(0.01), clear = ripples(0.095);
   EXPECT_LT((solve_without_halos(equation, space, faint, everywhere(space, beta), options).signal - faint)
                 .cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_EQ(solve_without_halos(equation, space, clear, everywhere(space, beta), options).signal,
