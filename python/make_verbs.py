@@ -11,7 +11,7 @@ import textwrap
 from typing import Any
 
 #: Verbs that are for people in front of a program, or what a script is already.
-LEFT_OUT_VERBS = {"batch", "view"}
+LEFT_OUT_VERBS = {"batch", "merge", "view"}
 LEFT_OUT_OPTIONS = {"json", "progress", "quiet", "help"}
 #: Paths that are written to.
 OUTPUTS = {"output", "report", "config", "cameras", "plot", "strip", "picture", "record", "screenshot"}

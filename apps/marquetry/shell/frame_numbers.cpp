@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
 
@@ -13,6 +15,27 @@ Option frames_option() {
           .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
           .wanted = "a number, a range such as 1-100, or 1-100x2 for every second; the smaller number first, at most a million",
           .metavar = "RANGE"};
+}
+
+std::optional<Shard> parse_shard(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  if (slash == std::string::npos) return {};
+  const auto number = [](const char* begin, const char* end) {
+    int value = 0;
+    const auto [stopped, error] = std::from_chars(begin, end, value);
+    return error == std::errc() && stopped == end ? value : 0;
+  };
+  const Shard shard{number(text.data(), text.data() + slash),
+                    number(text.data() + slash + 1, text.data() + text.size())};
+  if (shard.number < 1 || shard.number > shard.count) return {};
+  return shard;
+}
+
+std::vector<int> frames_of(const Shard& shard, const std::vector<int>& frames) {
+  const auto first = [&](int part) {
+    return frames.begin() + std::int64_t(frames.size()) * part / shard.count;
+  };
+  return {first(shard.number - 1), first(shard.number)};
 }
 
 void require_no_frame_place(const std::string& output) {

@@ -9,6 +9,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
+#include "mq/version.h"
 #include "shell/slot_runs.h"
 #include "verbs/shared/unwrap_evolving.h"
 
@@ -74,7 +75,10 @@ VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal
       threads > 0 ? std::size_t(threads) : std::max(1U, std::thread::hardware_concurrency()));
   const bool sequence = std::ranges::any_of(
       options.table().options(), [](const Option& option) { return is_frames_option(option); });
-  if (sequence && !options.has("frames")) refuse_frame_places(options);
+  if (sequence && !options.has("frames")) {
+    require(!options.has("shard"), "--shard: it is of frames, and there are none: give --frames too, such as 1-100");
+    refuse_frame_places(options);
+  }
   if (!sequence || !options.has("frames")) {
     VerbOutcome one = run_once(verb, options, terminal, progress);
     terminal.say_where_more_is();
@@ -82,7 +86,8 @@ VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal
   }
 
   check_frame_places(options);
-  const std::vector<int> frames = parse_frames(options.text("frames"));
+  std::vector<int> frames = parse_frames(options.text("frames"));
+  if (options.has("shard")) frames = frames_of(*parse_shard(options.text("shard")), frames);
   VerbOutcome all;
   Json reports = Json::array();
   for (const int frame : frames) {
@@ -94,9 +99,10 @@ VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal
     reports.push_back(std::move(one.report));
   }
   terminal.say_where_more_is();
-  all.report = reports.back();
+  all.report = reports.empty() ? Json{{"verb", options.table().verb()}, {"version", version}} : reports.back();
   all.report.erase("frame");
   all.report["options"] = options_json(options);
+  if (options.has("shard")) all.report["shard"] = options.text("shard");
   all.report["frames"] = std::move(reports);
   return all;
 }

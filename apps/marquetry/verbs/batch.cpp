@@ -118,7 +118,7 @@ class JobReader {
             "found no \"verb\", wanted the name of one");
     static const std::set<std::string> of_reports = {"verb",   "version", "options", "input",      "defects",
                                                      "result", "solve",   "seconds", "peak_bytes", "frames",
-                                                     "slots",  "job",     "error"};
+                                                     "slots",  "job",     "error",   "shard"};
     if (object.contains("options"))
       for (const auto& [name, value] : object.items())
         require(of_reports.contains(name),

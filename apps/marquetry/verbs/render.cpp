@@ -14,6 +14,7 @@
 #include "mq/draw/texture_difference.h"
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
+#include "options/signal_options.h"
 #include "shell/arguments.h"
 #include "verbs/shared/render_request.h"
 #include "verbs/shared/seam_report.h"
