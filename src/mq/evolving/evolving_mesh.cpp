@@ -21,12 +21,11 @@ void check_ids(const std::vector<int>& ids, std::size_t count, const char* what)
           fmt::format("a segment has {} {} and {} ids of them", count, what, ids.size()));
   const bool are_increasing = std::ranges::adjacent_find(ids, std::ranges::greater_equal()) == ids.end();
   if (are_increasing && (ids.empty() || ids.front() >= 0)) return;
-  std::unordered_set<int> seen;
-  for (const int id : ids) {
-    if (id < 0) throw InvalidInput(fmt::format("a segment's {} have the id {}", what, id));
-    if (!seen.insert(id).second)
-      throw InvalidInput(fmt::format("the id {} is given twice to {} of one segment", id, what));
-  }
+  std::vector<int> sorted = ids;
+  std::ranges::sort(sorted);
+  if (sorted.front() < 0) throw InvalidInput(fmt::format("a segment's {} have the id {}", what, sorted.front()));
+  if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end())
+    throw InvalidInput(fmt::format("the id {} is given twice to {} of one segment", *twice, what));
 }
 
 void check_indices(const std::vector<Triangle>& triangles, int least, std::size_t count,
