@@ -283,6 +283,15 @@ class Time {
   }
 }
 
+/// An address that a video can be played from at any place: its own where the server sends parts of files, else that of
+/// a copy.
+async function playedFrom(uri, kind) {
+  if (!film.store) return URL.createObjectURL(new Blob([await bytesOf(uri)], {type: kind}));
+  const answer = await fetch(uri, {headers: {Range: 'bytes=0-0'}});
+  if (!answer.ok) throw new Error(`${uri} cannot be fetched (${answer.status}).`);
+  return answer.status === 206 ? uri : URL.createObjectURL(await answer.blob());
+}
+
 async function videoOf(uri) {
   const video = document.createElement('video');
   Object.assign(video, {muted: true, loop: true, playsInline: true, preload: 'auto'});
@@ -290,7 +299,7 @@ async function videoOf(uri) {
     throw new Error('This browser does not say which picture of a video it shows.\n' +
                     'Newer ones do: Chromium 83, Safari 15.4, Firefox 132.');
   const kind = film.store ? uri : uri.slice(5, uri.indexOf(';'));
-  video.src = film.store ? uri : URL.createObjectURL(new Blob([await bytesOf(uri)], {type: kind}));
+  video.src = await playedFrom(uri, kind);
   await new Promise((resolve, reject) => {
     video.addEventListener('loadeddata', resolve, {once: true});
     video.addEventListener('error', () => reject(new Error(

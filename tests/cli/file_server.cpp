@@ -32,6 +32,7 @@ void send_all(int connection, const std::string& text) {
 
 std::string type_of(const std::filesystem::path& path) {
   if (path.extension() == ".html") return "text/html";
+  if (path.extension() == ".webm") return "video/webm";
   return path.extension() == ".mp4" ? "video/mp4" : "application/octet-stream";
 }
 

@@ -45,6 +45,12 @@ constexpr const char* reading = R"(
   };
 )";
 
+void open_reading(Browser& browser, const std::string& page) {
+  browser.open(page);
+  ASSERT_TRUE(browser.becomes_true("document.body && document.body.dataset.frame != undefined"));
+  browser.evaluate(std::string("{") + reading + "}");
+}
+
 std::uint32_t added(std::uint32_t sum, std::int64_t value) { return sum * 31 + std::uint32_t(value); }
 
 std::uint32_t added(std::uint32_t sum, const std::vector<int>& values) {
@@ -127,8 +133,7 @@ TEST_F(PlayedStore, IsReadAsTheProgramReadsIt) {
   write_evolving(folder / "coarse.evolving", changing_strip(), 0.5, "{}", {}, 0.25, 1);
   const FileServer server(folder.path(), FileServer::Ranges::sent);
   Browser browser(folder / "profile");
-  browser.open(server.address() + "page.html#pause");
-  browser.evaluate(std::string("{") + reading + "}");
+  open_reading(browser, server.address() + "page.html#pause");
   for (const std::string name : {"strip", "far", "coarse"})
     EXPECT_EQ(browser.evaluate("readStore('" + name + "')"), sums_of(folder / (name + ".evolving"))) << name;
 }
@@ -136,8 +141,7 @@ TEST_F(PlayedStore, IsReadAsTheProgramReadsIt) {
 TEST_F(PlayedStore, WithOtherBytesIsRefusedAndEndsNothing) {
   const FileServer server(folder.path(), FileServer::Ranges::sent);
   Browser browser(folder / "profile");
-  browser.open(server.address() + "page.html#pause");
-  browser.evaluate(std::string("{") + reading + "}");
+  open_reading(browser, server.address() + "page.html#pause");
   // Blocks with bytes changed, or cut; the checksum is not asked. A refusal says which block it is.
   const nlohmann::json found = browser.evaluate(R"((async () => {
     const text = await (await fetch('strip.evolving')).text(), manifest = new player.Manifest(text);

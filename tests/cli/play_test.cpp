@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "cli/browser.h"
+#include "cli/file_server.h"
 #include "cli/program.h"
 #include "cli/refusal.h"
 #include "mq/io/image_file.h"
@@ -62,7 +63,7 @@ TEST_F(Play, PlaysInABrowser) {
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_EQ(result.json()["result"]["frames"], 4);
   EXPECT_GT(result.json()["result"]["video_bytes"], 1000);
-  EXPECT_LT(result.json()["result"]["film_bytes"], 40'000);  // 632 vertices, 1200 triangles with coordinates, 4 frames
+  EXPECT_LT(result.json()["result"]["film_bytes"], std::filesystem::file_size(folder / "balls.blocks"));
 
   Browser browser(folder / "profile");
   const std::string page = "file://" + (folder / "page/index.html").string();
@@ -191,6 +192,27 @@ TEST_F(Play, SaysOnlyWhatIsTrueOfAVideo) {
   const std::string said =
       browser.evaluate("document.getElementById('message').innerText").get<std::string>();
   EXPECT_THAT(said, testing::AllOf(HasSubstr("2.00 s"), HasSubstr("1.00 s"), HasSubstr("--rate")));
+}
+
+TEST_F(Play, FetchesTheVideoBesideThePage) {
+  if (!Browser::installed()) GTEST_SKIP() << "no chromium";
+  write_video(folder / "four.webm", 4, {.rate = 2});
+  const Result made = marquetry(folder, {"play", "balls.evolving", "-o", "page/", "--video", "four.webm", "--rate",
+                                         "2", "--beside"});
+  ASSERT_EQ(made.status, 0) << made.error;
+  EXPECT_THAT(folder.names(),
+              testing::IsSupersetOf({"page/film.blocks", "page/film.evolving", "page/film.webm", "page/index.html"}));
+  for (const FileServer::Ranges ranges : {FileServer::Ranges::sent, FileServer::Ranges::ignored}) {
+    const FileServer server(folder / "page", ranges);
+    Browser browser(folder / (ranges == FileServer::Ranges::sent ? "profile" : "other"));
+    browser.open(server.address() + "index.html#frame=30");
+    ASSERT_TRUE(browser.becomes_true("document.body.dataset.frame == '30'"));
+    EXPECT_EQ(browser.evaluate("document.getElementById('message').innerText"), "");
+    browser.screenshot(folder / "shot.png");
+    EXPECT_GT(coloured(read_texture(folder / "shot.png").pixels, 0, 1), 0.02);
+    browser.evaluate("location.hash = 'frame=28'");
+    EXPECT_TRUE(browser.becomes_true("document.body.dataset.frame == '28'"));
+  }
 }
 
 TEST_F(Play, FollowsItsAddress) {

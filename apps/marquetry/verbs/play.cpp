@@ -241,7 +241,7 @@ Verb play_verb() {
              .least = 1e-7,
              .most = 10,
              .help = "how far positions may be off; else 1/65536 of the largest extent",
-             .details = "Of a store made with a larger one that is kept."});
+             .details = "Where the store was rounded to more, that stays."});
   add_codec_option(table);
   table.add({.name = "video",
              .type = Type::path,

@@ -227,7 +227,7 @@ void add_store_options(OptionTable& table) {
              .group = "Sequence",
              .help = "after so many frames one is told by itself; else after 32",
              .details = "To show a frame, those before it in its group are read. Each group takes as many bytes as "
-                        "five frames more."});
+                        "two to eight frames more."});
 }
 
 void add_graph_options(OptionTable& table) {
