@@ -2,8 +2,11 @@
 //
 // `film`, set by the script before this one, is what src/mq/io/film.h describes, and more:
 //   title, rate     of the page, and frames a second
-//   blocks          data URIs of the segments' blocks
-//   video           data URI of the texture video, one picture a frame; null: there is none
+//   store           the manifest's file beside the page; null: the film is in the page, as
+//   manifest        the store's manifest
+//   blocks          data URIs of the store's blocks, one per group of frames
+//   lives           data URI of the lives of charts
+//   video           data URI or name of the texture video, one picture a frame; null: there is none
 //
 // The place after # asks for a state, such as #frame=12&colours=lives&seams&atlas&azimuth=40
 // &elevation=10&pause; frame is the number that the frame has. Where it changes, what it names or has
@@ -33,48 +36,22 @@ async function bytesOf(uri) {
   return (await fetch(uri)).arrayBuffer();
 }
 
-async function inflated(uri) {
-  const packed = new Blob([await bytesOf(uri)]).stream();
-  return new Response(packed.pipeThrough(new DecompressionStream('deflate'))).arrayBuffer();
-}
-
-/// A segment's block, taken apart. Frames are unfolded when they are wanted.
-class Segment {
-  constructor(counts, buffer) {
-    Object.assign(this, counts);
-    let at = 0;
-    const take = (type, count) => {
-      const bytes = count * type.BYTES_PER_ELEMENT;
-      const values = new type(buffer.slice(at, at + bytes));
-      at += bytes;
-      return values;
-    };
-    this.vertexOf = take(Uint32Array, this.points);
-    this.uvs = take(Float32Array, this.has_uvs ? 2 * this.points : 0);
-    this.colours = take(Uint8Array, 3 * this.points);
-    this.corners = take(Uint32Array, 3 * this.triangles);
-    this.borders = take(Uint32Array, 2 * this.edges);
-    this.packed = new Uint8Array(buffer, at);
-    this.unpacked = new Uint16Array(3 * this.vertices);
-    this.unpackedFrame = -1;
+/// What frames.js begins with.
+async function openedFilm() {
+  const lives = await bytesOf(film.lives);
+  if (!film.store) {
+    const blocks = await Promise.all(film.blocks.map(bytesOf));
+    film.blocks = null;  // they are large
+    return {manifest: film.manifest, blocks, url: null, lives};
   }
-
-  /// Coordinates of the segment's frame `frame` (counted from 0): x of all vertices, then y, z.
-  frameAt(frame) {
-    if (frame < this.unpackedFrame) {
-      this.unpacked.fill(0);
-      this.unpackedFrame = -1;
-    }
-    const count = this.unpacked.length;
-    while (this.unpackedFrame < frame) {
-      const low = ++this.unpackedFrame * 2 * count, high = low + count;
-      for (let i = 0; i < count; ++i) {
-        const folded = this.packed[low + i] | (this.packed[high + i] << 8);
-        this.unpacked[i] += (folded >>> 1) ^ -(folded & 1);
-      }
-    }
-    return this.unpacked;
-  }
+  if (location.protocol === 'file:')
+    throw new Error('This page fetches its film from beside it, which browsers do from a server alone.\n' +
+                    'One is begun in the page\'s folder by: python3 -m http.server');
+  const place = new URL(film.store, location.href), answer = await fetch(place);
+  if (!answer.ok) throw new Error(`${film.store} cannot be fetched (${answer.status}).`);
+  const manifest = await answer.text();
+  const {blocks} = JSON.parse(manifest.slice(0, manifest.indexOf('\n')));
+  return {manifest, blocks: null, url: new URL(blocks, place).href, lives};
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -127,20 +104,21 @@ class Stage {
     window.addEventListener('resize', () => this.fit());
   }
 
-  /// The triangles of a segment, in buffers of their own.
+  /// The triangles of a segment (`shape` of frames.js), in buffers of their own.
   open(segment) {
     const buffer = (values, size, normalised) => new THREE.BufferAttribute(values, size, normalised);
-    const positions = buffer(new Float32Array(3 * segment.points), 3);
-    const normals = buffer(new Float32Array(3 * segment.points), 3);
+    const points = segment.vertexOf.length;
+    const positions = buffer(new Float32Array(3 * points), 3);
+    const normals = buffer(new Float32Array(3 * points), 3);
     positions.usage = normals.usage = THREE.DynamicDrawUsage;
-    const flatPositions = new Float32Array(3 * segment.points);
+    const flatPositions = new Float32Array(3 * points);
     for (let p = 0; p < segment.uvs.length / 2; ++p) {
       flatPositions[3 * p] = segment.uvs[2 * p];
       flatPositions[3 * p + 1] = segment.uvs[2 * p + 1];
     }
     const shared = {colours: buffer(segment.colours, 3, true), corners: buffer(segment.corners, 1),
                     borders: buffer(segment.borders, 1),
-                    uvs: segment.has_uvs ? buffer(segment.uvs, 2) : null};
+                    uvs: segment.hasUvs ? buffer(segment.uvs, 2) : null};
     const fill = (thing, where, index) => {
       thing.geometry.dispose();
       thing.geometry = new THREE.BufferGeometry();
@@ -160,11 +138,11 @@ class Stage {
   }
 
   /// The positions of a frame. Normals are those of vertices, so that seams do not show in the light.
-  move(segment, coordinates, low, step) {
+  move(segment, positions) {
     const position = this.mesh.geometry.attributes.position, p = position.array;
-    const n = segment.vertices, {vertexOf, corners} = segment;
+    const {vertexOf, corners} = segment;
     for (let i = 0; i < vertexOf.length; ++i)
-      for (let k = 0; k < 3; ++k) p[3 * i + k] = low[k] + step[k] * coordinates[k * n + vertexOf[i]];
+      for (let k = 0; k < 3; ++k) p[3 * i + k] = positions[3 * vertexOf[i] + k];
     position.needsUpdate = true;
 
     const sums = this.vertexNormals.fill(0);
@@ -305,14 +283,23 @@ class Time {
   }
 }
 
+/// An address that a video can be played from at any place: its own where the server sends parts of files, else that of
+/// a copy.
+async function playedFrom(uri, kind) {
+  if (!film.store) return URL.createObjectURL(new Blob([await bytesOf(uri)], {type: kind}));
+  const answer = await fetch(uri, {headers: {Range: 'bytes=0-0'}});
+  if (!answer.ok) throw new Error(`${uri} cannot be fetched (${answer.status}).`);
+  return answer.status === 206 ? uri : URL.createObjectURL(await answer.blob());
+}
+
 async function videoOf(uri) {
   const video = document.createElement('video');
   Object.assign(video, {muted: true, loop: true, playsInline: true, preload: 'auto'});
   if (!video.requestVideoFrameCallback)
     throw new Error('This browser does not say which picture of a video it shows.\n' +
                     'Newer ones do: Chromium 83, Safari 15.4, Firefox 132.');
-  const kind = uri.slice(5, uri.indexOf(';'));
-  video.src = URL.createObjectURL(new Blob([await bytesOf(uri)], {type: kind}));
+  const kind = film.store ? uri : uri.slice(5, uri.indexOf(';'));
+  video.src = await playedFrom(uri, kind);
   await new Promise((resolve, reject) => {
     video.addEventListener('loadeddata', resolve, {once: true});
     video.addEventListener('error', () => reject(new Error(
@@ -324,8 +311,11 @@ async function videoOf(uri) {
 // ---------------------------------------------------------------------------------------------
 
 async function main() {
-  if (!window.DecompressionStream)
-    throw new Error('This browser cannot unpack the film.\nNewer ones can: Chromium 80, Safari 16.4, Firefox 113.');
+  try {
+    new DecompressionStream('deflate-raw');
+  } catch {
+    throw new Error('This browser cannot unpack the film.\nNewer ones can: Chromium 103, Safari 16.4, Firefox 113.');
+  }
   document.title = film.title;
   const stage = new Stage();
   let video = null;
@@ -336,10 +326,8 @@ async function main() {
   } catch (error) {
     withoutVideo(error.message);
   }
-  const segments = [];
-  for (let s = 0; s < film.segments.length; ++s)
-    segments.push(new Segment(film.segments[s], await inflated(film.blocks[s])));
-  const step = film.high.map((high, k) => (high - film.low[k]) / 65535);
+  const opening = await openedFilm();
+  let frames = null;
   if (video) stage.show(video);
   const seconds = film.frames.length / film.rate;
   if (video && Math.abs(video.duration - seconds) * film.rate > 1.5)
@@ -347,17 +335,32 @@ async function main() {
                    `(${film.frames.length} frames, ${film.rate} a second): textures may be those of other ` +
                    'frames.\nMake the page with the video\'s own --rate, of a video with a picture for each frame.');
 
-  let opened = null, shown = -1;
-  const show = (frame, isNewPicture) => {
-    const segment = segments.find((s) => frame >= s.first && frame < s.first + s.frames);
-    if (segment !== opened) stage.open(opened = segment);
-    if (frame !== shown) stage.move(segment, segment.frameAt(frame - segment.first), film.low, step);
+  let opened = null, shown = -1, isPictureNew = false;
+  const draw = (frame, {shape, positions}) => {
+    if (shape !== opened) stage.open(opened = shape);
+    if (frame !== shown) stage.move(shape, positions);
     shown = frame;
-    if (isNewPicture && stage.texture) stage.texture.needsUpdate = true;
+    if (isPictureNew && stage.texture) stage.texture.needsUpdate = true;
+    isPictureNew = false;
     stage.draw();
     element('time').value = frame;
     element('number').textContent = `frame ${film.frames[frame]}`;
     document.body.dataset.frame = film.frames[frame];
+    if (notes.has('frames')) note('frames', '');
+    begun();
+  };
+  let begun = null;
+  const isBegun = new Promise((resolve, reject) => {
+    begun = resolve;
+    frames = new KeptFrames(opening, film.frames.length, draw, (text) => {
+      note('frames', text);
+      reject(new Error(text));
+    });
+  });
+  const show = (frame, isNewPicture) => {
+    isPictureNew = isPictureNew || isNewPicture;
+    const found = frames.want(frame);
+    if (found) draw(frame, found);
   };
   const time = new Time(film.frames.length, film.rate, video, show);
   time.changed = () => { element('play').textContent = time.playing ? 'Pause' : 'Play'; };
@@ -410,7 +413,7 @@ async function main() {
       time.leaveVideo();
       paint();
     }, {once: true});
-  if (!segments.some((s) => s.has_uvs)) element('atlas').parentElement.hidden = true;
+  if (!film.segments.some((s) => s.has_uvs)) element('atlas').parentElement.hidden = true;
   /// Where the frame that is asked for is in the film, or the nearest one.
   const askedFrame = () => {
     note('frame', '');
@@ -447,13 +450,13 @@ async function main() {
     if (!asked.has('frame') && !asked.has('pause') && (named('frame') || named('pause'))) time.play();
   });
   element('bar').hidden = false;
+  const first = askedFrame();
+  show(first, true);
+  await isBegun;
   note('', '');
-  stage.open(opened = segments[0]);
-  show(0, true);
   home();
   overlay();
   paint();
-  const first = askedFrame();
   if (first > 0 || video) time.go(first);
   if (!asked.has('frame') && !asked.has('pause')) await time.play();
 }

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "cli/browser.h"
+#include "cli/file_server.h"
 #include "cli/program.h"
 #include "cli/refusal.h"
 #include "mq/io/image_file.h"
@@ -62,6 +63,7 @@ TEST_F(Play, PlaysInABrowser) {
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_EQ(result.json()["result"]["frames"], 4);
   EXPECT_GT(result.json()["result"]["video_bytes"], 1000);
+  EXPECT_LT(result.json()["result"]["film_bytes"], std::filesystem::file_size(folder / "balls.blocks"));
 
   Browser browser(folder / "profile");
   const std::string page = "file://" + (folder / "page/index.html").string();
@@ -192,6 +194,27 @@ TEST_F(Play, SaysOnlyWhatIsTrueOfAVideo) {
   EXPECT_THAT(said, testing::AllOf(HasSubstr("2.00 s"), HasSubstr("1.00 s"), HasSubstr("--rate")));
 }
 
+TEST_F(Play, FetchesTheVideoBesideThePage) {
+  if (!Browser::installed()) GTEST_SKIP() << "no chromium";
+  write_video(folder / "four.webm", 4, {.rate = 2});
+  const Result made = marquetry(folder, {"play", "balls.evolving", "-o", "page/", "--video", "four.webm", "--rate",
+                                         "2", "--beside"});
+  ASSERT_EQ(made.status, 0) << made.error;
+  EXPECT_THAT(folder.names(),
+              testing::IsSupersetOf({"page/film.blocks", "page/film.evolving", "page/film.webm", "page/index.html"}));
+  for (const FileServer::Ranges ranges : {FileServer::Ranges::sent, FileServer::Ranges::ignored}) {
+    const FileServer server(folder / "page", ranges);
+    Browser browser(folder / (ranges == FileServer::Ranges::sent ? "profile" : "other"));
+    browser.open(server.address() + "index.html#frame=30");
+    ASSERT_TRUE(browser.becomes_true("document.body.dataset.frame == '30'"));
+    EXPECT_EQ(browser.evaluate("document.getElementById('message').innerText"), "");
+    browser.screenshot(folder / "shot.png");
+    EXPECT_GT(coloured(read_texture(folder / "shot.png").pixels, 0, 1), 0.02);
+    browser.evaluate("location.hash = 'frame=28'");
+    EXPECT_TRUE(browser.becomes_true("document.body.dataset.frame == '28'"));
+  }
+}
+
 TEST_F(Play, FollowsItsAddress) {
   if (!Browser::installed()) GTEST_SKIP() << "no chromium";
   ASSERT_EQ(marquetry(folder, {"play", "balls.evolving", "-o", "page.html"}).status, 0);
@@ -218,8 +241,7 @@ nlohmann::json film_of(const std::filesystem::path& page) {
   const std::size_t begin = text.find(mark) + mark.size();
   std::string script = text.substr(begin, text.find("</script>", begin) - begin);
   nlohmann::json film = nlohmann::json::parse(script.substr(0, script.rfind(';')));
-  film.erase("title");
-  film.erase("blocks");
+  for (const char* data : {"title", "manifest", "blocks", "lives"}) film.erase(data);
   return film;
 }
 
@@ -241,7 +263,7 @@ TEST_F(Play, PlaysWhatExportWrote) {
       for (int k = 0; k < 3; ++k)
         EXPECT_NEAR(film[corner][k].get<double>(), wanted[corner][k].get<double>(), step);
     for (std::size_t s = 0; s < wanted["segments"].size(); ++s)
-      for (const char* count : {"first", "frames", "points", "triangles", "edges", "has_uvs"})
+      for (const char* count : {"first", "frames", "triangles", "has_uvs"})
         EXPECT_EQ(film["segments"][s][count], wanted["segments"][s][count]) << count << " of segment " << s;
   }
 }
@@ -296,7 +318,7 @@ TEST_F(Play, PutsEverythingIntoOneFile) {
   const Result result = marquetry(folder, {"play", "balls.evolving", "-o", "balls.html"});
   ASSERT_EQ(result.status, 0) << result.error;
   const std::string page = file_bytes(folder / "balls.html");
-  EXPECT_THAT(page, Not(HasSubstr("<script src")));
+  EXPECT_THAT(page, testing::AllOf(Not(HasSubstr("<script src")), Not(HasSubstr("worker src"))));
   EXPECT_THAT(page, HasSubstr("\"video\":null"));
   EXPECT_THAT(page, HasSubstr("\"title\":\"balls\""));
 }

@@ -145,12 +145,13 @@ TEST(Track, GoesOnWhereItWasStopped) {
 TEST(Track, RoundsPositionsAsItIsAskedToAndGoesOnWithThem) {
   const Folder folder;
   make_body(folder, "bending", 3);
-  const std::vector<std::string> words = {"track", "body", "-o", "body.evolving", "--nodes", "10", "--error", "0.1"};
+  const std::vector<std::string> words = {"track", "body", "-o", "body.evolving", "--nodes", "10", "--error", "0.1", "--group", "2"};
   ASSERT_EQ(marquetry(folder, words).status, 0);
   const std::string blocks = file_bytes(folder / "body.blocks");
   const EvolvingReader reader(folder / "body.evolving");
   const double diagonal = bounding_box(read_model(folder / "body/frame_0000.ply").mesh).diagonal();
   EXPECT_DOUBLE_EQ(reader.step(), step_within(diagonal / 1000));
+  EXPECT_EQ(reader.group_frames(), 2);
   const std::vector<Vector3> first = reader.positions(0);
   EXPECT_EQ(rounded(first, reader.step()), first);
   const std::int64_t cut = reader.frames()[2].offset + 5;
@@ -166,6 +167,9 @@ TEST(Track, RoundsPositionsAsItIsAskedToAndGoesOnWithThem) {
   const Result refused = marquetry(folder, resumed);
   EXPECT_EQ(refused.status, 2);
   EXPECT_THAT(refused.error, HasSubstr("--error"));
+  resumed[7] = "0.1";
+  resumed[9] = "3";
+  EXPECT_THAT(marquetry(folder, resumed).error, HasSubstr("--group 2"));
 }
 
 TEST(Track, StoppedByTheUserKeepsTheFramesItHas) {

@@ -8,6 +8,7 @@
 #include "mq/io/detail/evolving_blocks.h"
 #include "mq/io/detail/evolving_change.h"
 #include "mq/io/detail/evolving_motion.h"
+#include "mq/io/detail/symbol_streams.h"
 
 namespace mq {
 namespace {
@@ -97,6 +98,29 @@ TEST(EvolvingBlocks, OfCoordinatesFarApartComeBack) {
     EXPECT_EQ(decode_positions(encode_positions(coordinates, order, motion), order, motion, "frame"), coordinates);
     motion.advance(coordinates);
   }
+}
+
+/// Streams of each coding. Those of zstd were written for some days; this one is of `zstd -19`, sixty-four times 1.
+TEST(EvolvingBlocks, HaveStreamsOfEachCoding) {
+  const Random random(6);
+  for (const int kinds : {1, 2, 12, 100}) {
+    SymbolWriter to(2);
+    std::vector<std::uint64_t> numbers;
+    for (std::uint64_t i = 0; i < 3000; ++i)
+      numbers.push_back(std::uint64_t(kinds * random.uniform(kinds == 2 ? i % 50 : i)));
+    for (const std::uint64_t number : numbers) to.put(1, number);
+    const Bytes bytes = to.bytes();
+    EXPECT_EQ(std::to_integer<int>(bytes[3]), kinds == 1 ? 0 : kinds == 2 ? 3 : 1) << kinds;
+    SymbolReader from(bytes, 2, 3000, "streams");
+    for (const std::uint64_t number : numbers) EXPECT_EQ(from.get(1), number);
+    from.end();
+  }
+  Bytes bytes;
+  for (const int byte : {64, 2, 16, 40, 181, 47, 253, 0, 104, 61, 0, 0, 8, 1, 1, 0, 148, 128, 16, 0})
+    bytes.push_back(std::byte(byte));
+  SymbolReader from(bytes, 1, 64, "a stream of zstd");
+  for (int i = 0; i < 64; ++i) EXPECT_EQ(from.get(0), 1U);
+  EXPECT_THROW(SymbolReader(ByteView(bytes).first(bytes.size() - 2), 1, 64, "a cut one"), IoError);
 }
 
 /// What a block says it holds is bounded by its size, before it is made.

@@ -82,6 +82,37 @@ TEST_F(EvolvingFile, BeginsAGroupInTimeAndReadsFramesOfGroupsInAnyOrder) {
   EXPECT_EQ(EvolvingReader(manifest_).positions(count - 1), strip.frames[std::size_t(count) - 1].positions);
 }
 
+TEST_F(EvolvingFile, HasGroupsAsLongAsIsAskedFor) {
+  const EvolvingMesh strip = stored_strip(20, 10);
+  write_evolving(manifest_, strip, test_step, "{}", {}, 0, 3);
+  const EvolvingReader reader(manifest_);
+  EXPECT_EQ(reader.group_frames(), 3);
+  const std::string text(text_of(read_file(manifest_)));
+  EXPECT_THAT(text, testing::AllOf(HasSubstr("\"group\":3"), testing::Not(HasSubstr("\"group\":4"))));
+  expect_equal(reader.read(), strip);
+  for (const int f : {9, 0, 4, 3, 8}) EXPECT_EQ(reader.positions(f), strip.frames[std::size_t(f)].positions);
+  // And so it goes on.
+  const Bytes blocks = read_file(blocks_);
+  {
+    EvolvingWriter writer(EvolvingReader(manifest_), 4);
+    writer.add_frame(strip.frames[4].number, strip.frames[4].positions);
+    writer.add_segment(strip.segments[1]);
+    for (std::size_t f = 5; f < 10; ++f) writer.add_frame(strip.frames[f].number, strip.frames[f].positions);
+  }
+  EXPECT_EQ(read_file(blocks_), blocks);
+  EXPECT_THROW(write_evolving(manifest_, strip, test_step, "{}", {}, 0, 0), InvalidInput);
+}
+
+TEST_F(EvolvingFile, OfOneFrameAGroupNeedsNoOther) {
+  const EvolvingMesh strip = stored_strip(20, 4);
+  write_evolving(manifest_, strip, test_step, "{}", {}, 0, 1);
+  expect_equal(EvolvingReader(manifest_).read(), strip);
+  Bytes bytes = read_file(blocks_);
+  std::fill_n(bytes.begin(), EvolvingReader(manifest_).frames()[2].offset, std::byte(0));
+  write_file(blocks_, bytes);
+  EXPECT_EQ(EvolvingReader(manifest_).damaged(), (std::vector<int>{0, 1, 2}));
+}
+
 TEST_F(EvolvingFile, RoundsToHalfAStep) {
   const std::vector<Vector3> positions = {{1 / 3.0, -1 / 3.0, 1e-9}, {1000, -1e-3, 0}};
   const std::vector<Vector3> stored = rounded(positions, test_step);

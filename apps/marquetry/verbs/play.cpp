@@ -32,10 +32,7 @@ constexpr double beyond_sides = 1e-3;                   // of a picture's side
 
 /// The page, and the scripts that it names.
 std::string page_of(const PlayerFiles& files, const Film& film, const FilmPageOptions& options) {
-  const PageScript scripts[] = {{"three.min.js", files.three},
-                                {"OrbitControls.js", files.orbit_controls},
-                                {"player.js", files.player}};
-  return film_page(files.page, scripts, film, options);
+  return film_page(files.page, files.scripts, film, options);
 }
 
 void refuse_what_does_not_fit(const OptionValues& options) {
@@ -105,10 +102,60 @@ bool names_page(const fs::path& output) {
   return false;
 }
 
+/// Where the page is written, and the film where that is beside it: NAME_film.evolving of NAME.html, film.evolving of
+/// index.html in a folder.
+struct PageFiles {
+  enum class Film { inside, beside };
+  fs::path page = {}, folder = {}, manifest = {}, blocks = {}, video = {};  ///< no video: empty
+  Film film = Film::inside;
+
+  std::vector<fs::path> all() const {
+    std::vector<fs::path> files = {page};
+    if (film == Film::inside) return files;
+    files.insert(files.end(), {manifest, blocks});
+    if (!video.empty()) files.push_back(video);
+    return files;
+  }
+};
+
+PageFiles page_files(const OptionValues& options, bool has_video) {
+  const fs::path output = options.text("output");
+  const bool is_page = names_page(output);
+  PageFiles files{.page = is_page ? output : output / "index.html",
+                  .folder = is_page ? output.parent_path() : output,
+                  .film = options.flag("beside") ? PageFiles::Film::beside : PageFiles::Film::inside};
+  const fs::path stem = files.folder / (is_page ? output.stem().string() + "_film" : "film");
+  const auto with = [&stem](const std::string& extension) { return fs::path(stem.string() + extension); };
+  files.manifest = with(".evolving");
+  files.blocks = with(".blocks");
+  if (has_video) files.video = with(options.has("video") ? lower_extension(options.text("video")) : ".mp4");
+  return files;
+}
+
+/// Writes the page last, as it needs the others.
+void write_page(Run& run, const PageFiles& files, const Film& film, FilmPageOptions options) {
+  Bytes blocks;
+  for (const Bytes& group : film.blocks) blocks.insert(blocks.end(), group.begin(), group.end());
+  if (files.film == PageFiles::Film::beside) {
+    write_file(files.blocks, blocks);
+    write_file(files.manifest, bytes_of(film.manifest));
+    options.store_name = files.manifest.filename().string();
+    if (!files.video.empty()) {
+      write_file(files.video, options.video);
+      options.video_name = files.video.filename().string();
+    }
+  }
+  const std::string html = page_of(*player_files(), film, options);
+  write_file(files.page, bytes_of(html));
+  run.result["video_bytes"] = options.video.size();
+  run.result["film_bytes"] = film.manifest.size() + blocks.size() + film.lives.size();
+  run.result["bytes"] = html.size();
+  say_written(run, files.all());
+}
+
 Exit run_play(Run& run) {
   const OptionValues& options = run.options();
-  const std::optional<PlayerFiles> files = player_files();
-  if (!files)
+  if (!player_files())
     throw InvalidInput(
         "this program was built without three.js, which pages need: install libjs-three "
         "(scripts/install_packages) and build again");
@@ -131,34 +178,29 @@ Exit run_play(Run& run) {
   const bool shows_own =
       input.has_pictures() && has_atlas(reader) && !options.has("from") && !options.has("video");
   require_video_for_codec(options, options.has("from") || shows_own);
-  const fs::path output = options.text("output");
-  const bool is_page = names_page(output);
-  const fs::path page = is_page ? output : output / "index.html";
+  const PageFiles files = page_files(options, options.has("from") || options.has("video") || shows_own);
   if (shows_own) warn_of_repeats(run, reader);
-  if (options.has("from") || shows_own) check_video_to_make(run, reader, frames, page, how);
-  if (options.has("from")) will_read_captured(run, numbers_of(reader, frames), {page});
-  run.will_write({page}, is_page ? output.parent_path() : output);
+  if (options.has("from") || shows_own) check_video_to_make(run, reader, frames, files.page, how);
+  if (options.has("from")) will_read_captured(run, numbers_of(reader, frames), files.all());
+  run.will_write(files.all(), files.folder);
   if (run.dry_run()) return Exit::done;
 
   if (options.has("from")) video = captured_video(run, reader, frames, how);
   if (shows_own) video = video_of_pictures(run, input, frames, how);
   const Step step(run, "film", 0.9);
-  const Film film = make_film(reader, frames, lifespan_colour, step);
-  const std::string html = page_of(*files, film,
-                                   {.title = store.stem().string(),
-                                    .rate = rate,
-                                    .video_type = video.type,
-                                    .video = video.bytes});
-  write_file(page, bytes_of(html));
+  FilmOptions film_options;
+  if (files.film == PageFiles::Film::beside) film_options.blocks_name = files.blocks.filename().string();
+  if (options.has("error")) film_options.error = options.number("error") / 100;
+  const Film film = make_film(reader, frames, lifespan_colour, film_options, step);
+  const auto segments = std::int64_t(Json::parse(film.description)["segments"].size());
   run.result["frames"] = frames.size();
-  run.result["segments"] = film.blocks.size();
+  run.result["segments"] = segments;
   run.result["rate"] = rate;
-  run.result["video_bytes"] = video.bytes.size();
-  run.result["bytes"] = html.size();
+  write_page(run, files, film,
+             {.title = store.stem().string(), .rate = rate, .video_type = video.type, .video = video.bytes});
   run.print(fmt::format("{} in {}, {:.1f} MB; open {} in a browser\n", counted(std::ssize(frames), "frame"),
-                        counted(std::ssize(film.blocks), "segment"), double(html.size()) / 1e6,
-                        page.string()));
-  say_written(run, {page});
+                        counted(segments, "segment"),
+                        run.result["bytes"].get<double>() / 1e6, files.page.string()));
   return Exit::done;
 }
 
@@ -181,7 +223,11 @@ Verb play_verb() {
              .required = true,
              .metavar = "OUT",
              .help = "a folder for index.html, or a page of another name (.html)",
-             .details = "The page has all in it and fetches nothing."});
+             .details = "The page has all in it and fetches nothing, unless --beside says so."});
+  table.add({.name = "beside",
+             .help = "write the film and its video beside the page, which fetches them from its server as it plays",
+             .details = "For long ones: the page opens at once, and what is passed over is not fetched. From a disk "
+                        "it does not play."});
   add_evolving_frames_option(table);
   table.add({.name = "rate",
              .type = Type::number,
@@ -189,6 +235,13 @@ Verb play_verb() {
              .least = least_rate,
              .most = most_rate,
              .help = "of the film; else that of an .mp4 given by --video, or of a file that moves, or 30"});
+  table.add({.name = "error",
+             .type = Type::number,
+             .unit = "% of the diagonal",
+             .least = 1e-7,
+             .most = 10,
+             .help = "how far positions may be off; else 1/65536 of the largest extent",
+             .details = "Where the store was rounded to more, that stays."});
   add_codec_option(table);
   table.add({.name = "video",
              .type = Type::path,

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 
 #include "mq/base/error.h"
 
@@ -21,12 +22,21 @@ void check_ids(const std::vector<int>& ids, std::size_t count, const char* what)
           fmt::format("a segment has {} {} and {} ids of them", count, what, ids.size()));
   const bool are_increasing = std::ranges::adjacent_find(ids, std::ranges::greater_equal()) == ids.end();
   if (are_increasing && (ids.empty() || ids.front() >= 0)) return;
-  std::unordered_set<int> seen;
-  for (const int id : ids) {
-    if (id < 0) throw InvalidInput(fmt::format("a segment's {} have the id {}", what, id));
-    if (!seen.insert(id).second)
-      throw InvalidInput(fmt::format("the id {} is given twice to {} of one segment", id, what));
+  const auto [least, most] = std::ranges::minmax(ids);
+  if (least < 0) throw InvalidInput(fmt::format("a segment's {} have the id {}", what, least));
+  const auto twice = [what](int id) {
+    return InvalidInput(fmt::format("the id {} is given twice to {} of one segment", id, what));
+  };
+  constexpr std::size_t few_gaps = 16;  // for each id, which a table of all may have
+  if (std::size_t(most) <= few_gaps * ids.size()) {
+    std::vector<char> seen(std::size_t(most) + 1, 0);
+    for (const int id : ids)
+      if (std::exchange(seen[std::size_t(id)], 1)) throw twice(id);
+    return;
   }
+  std::vector<int> sorted = ids;
+  std::ranges::sort(sorted);
+  if (const auto found = std::ranges::adjacent_find(sorted); found != sorted.end()) throw twice(*found);
 }
 
 void check_indices(const std::vector<Triangle>& triangles, int least, std::size_t count,

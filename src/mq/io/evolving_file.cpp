@@ -114,13 +114,13 @@ void EvolvingReader::read_head(std::string_view line) {
   } else {
     step_ = real("step");
     uv_step_ = real("uv_step");
+    if (head.contains("group_frames")) group_frames_ = int(manifest_number(head, "group_frames", largest_int));
   }
   const OrderedJson blocks = head.value("blocks", OrderedJson());
   if (!blocks.is_string() || fs::path(blocks.get<std::string>()).has_parent_path() || !is_step(step_) ||
-      !(uv_step_ == 0 || (is_step(uv_step_) && std::exp2(std::ilogb(uv_step_)) == uv_step_)))
+      !(uv_step_ == 0 || (is_step(uv_step_) && std::exp2(std::ilogb(uv_step_)) == uv_step_)) || group_frames_ < 1)
     throw IoError(
-        fmt::format("{}: its first line names no file of blocks in the same folder, or no "
-                    "step",
+        fmt::format("{}: its first line names no file of blocks in the same folder, no step, or groups of no frame",
                     manifest_.string()));
   blocks_ = manifest_.parent_path() / blocks.get<std::string>();
   about_ = head.value("about", OrderedJson::object()).dump();

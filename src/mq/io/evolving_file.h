@@ -19,6 +19,7 @@
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
 #include "mq/io/detail/evolving_motion.h"
+#include "mq/io/detail/store_coder.h"
 
 namespace mq {
 
@@ -36,7 +37,7 @@ inline constexpr double store_uv_error = 1.0 / 32;
 /// The largest power of two with which no u or v is off by more than `error`; 0 for an error of 0.
 double uv_step_within(double error);
 
-/// Frames in a group, at most: to read one, none that is not in its group is needed.
+/// Frames in a group, at most, where nobody says how many: to read one, none that is not in its group is needed.
 constexpr int store_group_frames = 32;
 
 /// Positions as a store of this step gives them back.
@@ -82,6 +83,7 @@ class EvolvingReader {
   const std::vector<StoredFrame>& frames() const { return frames_; }
   double step() const { return step_; }
   double uv_step() const { return uv_step_; }                          ///< 0: texture coordinates are as they were
+  int group_frames() const { return group_frames_; }                   ///< the most that a group is given
   double metres_per_unit() const { return metres_per_unit_; }          ///< 1 of a store, which says nothing of it
   const std::filesystem::path& manifest() const { return manifest_; }  ///< or the file that is no store
   const std::filesystem::path& blocks_file() const { return blocks_; }
@@ -142,7 +144,7 @@ class EvolvingReader {
   std::vector<Group> groups_;
   std::vector<int> group_of_segment_, group_of_frame_;
   std::vector<std::int64_t> end_of_frame_;  ///< in the manifest, of its line
-  int version_ = 0, segment_lines_ = 0;
+  int version_ = 0, segment_lines_ = 0, group_frames_ = store_group_frames;
   double step_ = 0, uv_step_ = 0, metres_per_unit_ = 1;
   std::string about_, broken_;
   std::int64_t whole_blocks_ = 0;  ///< bytes that sound lines name
@@ -157,9 +159,9 @@ class EvolvingWriter {
   /// Begins a store, whose texture coordinates are multiples of `uv_step`, a power of two; 0: as they are. Until its
   /// first frame has been added it is kept under temporary names: what is there under these two names is only replaced
   /// by a store with a frame, and stays if the writer goes before. `about` is a JSON object for whoever reads, such as
-  /// the options that made it.
-  EvolvingWriter(const std::filesystem::path& manifest, double step,
-                 const std::string& about = "{}", double uv_step = 0);
+  /// the options that made it. Groups have at most `group_frames` frames.
+  EvolvingWriter(const std::filesystem::path& manifest, double step, const std::string& about = "{}",
+                 double uv_step = 0, int group_frames = store_group_frames);
 
   /// Goes on with a store (no other source) as `reader` found it: what is broken is cut off, and so are frames and
   /// segments after the first `frames`.
@@ -172,18 +174,16 @@ class EvolvingWriter {
   void add_frame(int number, const std::vector<Vector3>& positions,
                  const std::string& measured = {});
 
-  double step() const { return step_; }
+  double step() const { return coder_.step(); }
 
  private:
   EvolvingWriter() = default;
   friend void write_evolving(const std::filesystem::path&, const EvolvingMesh&, double,
-                             const std::string&, const std::vector<std::string>&, double);
+                             const std::string&, const std::vector<std::string>&, double, int);
   void begin(const std::string& blocks_name, const std::string& about);
   void make_anew(const EvolvingReader& reader, int frames) const;
   void go_on(const EvolvingReader& reader, int frames);
-  void append_segment(const EvolvingSegment& before);
-  StoredBlock append(const Bytes& bytes);
-  void append_line(const std::string& line);
+  void append(const StorePiece& piece);
 
   /// The files of a store that has no frame yet.
   struct Beginning {
@@ -194,18 +194,14 @@ class EvolvingWriter {
 
   std::unique_ptr<Beginning> beginning_;     ///< null: they are in their place
   std::filesystem::path manifest_, blocks_;  ///< where they are now
-  double step_ = 0, uv_step_ = 0;
-  int segment_ = -1, group_ = -1, frames_in_group_ = 0;
-  std::int64_t size_ = 0;
-  EvolvingSegment open_;  ///< the segment appended last
-  CodingOrder order_;
-  MotionState motion_;
+  StoreCoder coder_;
 };
 
 /// A whole evolving mesh at once: both files appear whole, or neither does. `measured` per frame,
-/// or empty. `uv_step` as `EvolvingWriter` has it.
+/// or empty. `uv_step` and `group_frames` as `EvolvingWriter` has them.
 void write_evolving(const std::filesystem::path& manifest, const EvolvingMesh& evolving,
                     double step, const std::string& about = "{}",
-                    const std::vector<std::string>& measured = {}, double uv_step = 0);
+                    const std::vector<std::string>& measured = {}, double uv_step = 0,
+                    int group_frames = store_group_frames);
 
 }  // namespace mq

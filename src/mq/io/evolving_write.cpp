@@ -1,18 +1,11 @@
-// A block is appended and then its line. Frames are told from those before them in their group; a group is begun when
-// the last one has its frames, or when most vertices of a segment are new.
+// A block is appended and then its line.
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "mq/base/error.h"
-#include "mq/io/detail/evolving_blocks.h"
-#include "mq/io/detail/evolving_change.h"
-#include "mq/io/detail/evolving_uvs.h"
 #include "mq/io/detail/evolving_manifest.h"
 #include "mq/io/evolving_file.h"
 
@@ -21,8 +14,6 @@ namespace mq {
 namespace {
 
 namespace fs = std::filesystem;
-using OrderedJson = nlohmann::ordered_json;
-
 void write_all(const fs::path& path, std::ios::openmode mode, const char* data, std::size_t size) {
   std::ofstream out(path, std::ios::binary | mode);
   out.write(data, std::streamsize(size));
@@ -41,8 +32,9 @@ fs::path blocks_beside(const fs::path& manifest) {
 
 }  // namespace
 
-EvolvingWriter::EvolvingWriter(const fs::path& manifest, double step, const std::string& about, double uv_step)
-    : step_(step), uv_step_(uv_step) {
+EvolvingWriter::EvolvingWriter(const fs::path& manifest, double step, const std::string& about, double uv_step,
+                               int group_frames)
+    : coder_(step, uv_step, group_frames) {
   const fs::path blocks = blocks_beside(manifest);
   beginning_ = std::make_unique<Beginning>(manifest, blocks);
   manifest_ = beginning_->manifest.temporary();
@@ -51,20 +43,8 @@ EvolvingWriter::EvolvingWriter(const fs::path& manifest, double step, const std:
 }
 
 void EvolvingWriter::begin(const std::string& blocks_name, const std::string& about) {
-  require(is_step(step_), fmt::format("the step of a store has at most eight significant bits, and is not {}", step_));
-  int exponent = 0;
-  require(uv_step_ == 0 || (std::isnormal(uv_step_) && std::frexp(uv_step_, &exponent) == 0.5),
-          fmt::format("the step of texture coordinates is a power of two or 0, not {}", uv_step_));
   write_file(blocks_, {});
-  const std::string line = OrderedJson{{"format", store_format},
-                                {"version", store_version},
-                                {"blocks", blocks_name},
-                                {"step", step_},
-                                {"uv_step", uv_step_},
-                                {"about", manifest_line(about)}}
-                               .dump(-1, ' ', false, OrderedJson::error_handler_t::replace) +
-                           "\n";
-  write_file(manifest_, bytes_of(line));
+  write_file(manifest_, bytes_of(coder_.head(blocks_name, about)));
 }
 
 EvolvingWriter::EvolvingWriter(const EvolvingReader& reader, int frames) {
@@ -87,102 +67,50 @@ void EvolvingWriter::make_anew(const EvolvingReader& reader, int frames) const {
     kept.frames.push_back({stored.number, stored.segment, reader.positions(f)});
     measured.push_back(stored.measured);
   }
-  write_evolving(reader.manifest(), kept, reader.step(), reader.about(), measured, reader.uv_step());
+  write_evolving(reader.manifest(), kept, reader.step(), reader.about(), measured, reader.uv_step(),
+                 reader.group_frames());
 }
 
 void EvolvingWriter::go_on(const EvolvingReader& reader, int frames) {
   manifest_ = reader.manifest();
   blocks_ = reader.blocks_file();
-  step_ = reader.step_;
-  uv_step_ = reader.uv_step_;
+  StoreState state;
   std::int64_t end = 0;
   if (frames > 0) {
     const auto last = std::size_t(frames) - 1;
     const EvolvingReader::Moment& moment = reader.moment(frames - 1);
-    open_ = moment.place.found;
-    order_ = moment.order;
-    motion_ = moment.motion;
-    segment_ = moment.place.segment;
-    group_ = moment.place.group;
-    frames_in_group_ = frames - reader.groups_[std::size_t(group_)].first_frame;
-    size_ = reader.frames_[last].offset + reader.frames_[last].bytes;
+    const int group = moment.place.group;
+    state = {.segment = moment.place.segment,
+             .group = group,
+             .frames_in_group = frames - reader.groups_[std::size_t(group)].first_frame,
+             .size = reader.frames_[last].offset + reader.frames_[last].bytes,
+             .open = moment.place.found,
+             .order = moment.order,
+             .motion = moment.motion};
     end = reader.end_of_frame_[last];
   } else {
     end = std::int64_t(text_of(read_file(manifest_)).find('\n')) + 1;
   }
+  const std::int64_t size = state.size;
+  coder_ = StoreCoder(reader.step_, reader.uv_step_, reader.group_frames_, std::move(state));
   std::error_code failure;
   fs::resize_file(manifest_, std::uintmax_t(end), failure);
-  if (!failure) fs::resize_file(blocks_, std::uintmax_t(size_), failure);
+  if (!failure) fs::resize_file(blocks_, std::uintmax_t(size), failure);
   if (failure)
     throw IoError(
         fmt::format("{}: cannot go on with it: {}", manifest_.string(), failure.message()));
 }
 
-StoredBlock EvolvingWriter::append(const Bytes& bytes) {
-  const StoredBlock block{size_, std::int64_t(bytes.size()), crc32(bytes)};
-  write_all(blocks_, std::ios::app, reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  size_ += block.bytes;
-  return block;
+void EvolvingWriter::append(const StorePiece& piece) {
+  write_all(blocks_, std::ios::app, reinterpret_cast<const char*>(piece.block.data()), piece.block.size());
+  write_all(manifest_, std::ios::app, piece.line.data(), piece.line.size());
 }
 
-void EvolvingWriter::append_line(const std::string& line) {
-  write_all(manifest_, std::ios::app, line.data(), line.size());
-}
-
-/// The open segment, as what is new since `before`; since nothing it begins a group.
-void EvolvingWriter::append_segment(const EvolvingSegment& before) {
-  const StoredBlock block = append(encode_change(open_, before, uv_step_));
-  OrderedJson line = {{"segment", segment_}};
-  if (before.vertex_ids.empty()) {
-    line["group"] = ++group_;
-    frames_in_group_ = 0;
-    motion_ = {};
-  }
-  line.update({{"vertices", open_.vertex_count()},
-               {"triangles", open_.triangle_count()},
-               {"offset", block.offset},
-               {"bytes", block.bytes},
-               {"crc32", block.checksum}});
-  append_line(line.dump() + "\n");
-}
-
-void EvolvingWriter::add_segment(const EvolvingSegment& segment) {
-  check(segment);
-  const EvolvingSegment before = std::exchange(open_, segment);
-  open_.uvs = rounded_uvs(std::move(open_.uvs), uv_step_);
-  ++segment_;
-  const std::vector<int> from = vertices_before(open_, before);
-  // Where most is new, the next frame tells little of it either.
-  const bool is_new = 2 * std::ranges::count(from, -1) >= std::ssize(from);
-  if (is_new || frames_in_group_ == store_group_frames) {
-    append_segment({});
-  } else {
-    append_segment(before);
-    motion_ = carried_over(motion_, from, open_.triangles);
-  }
-  order_ = order_of(open_, motion_);
-}
+void EvolvingWriter::add_segment(const EvolvingSegment& segment) { append(coder_.add_segment(segment)); }
 
 void EvolvingWriter::add_frame(int number, const std::vector<Vector3>& positions,
                                const std::string& measured) {
-  require(segment_ >= 0 && std::ssize(positions) == open_.vertex_count(),
-          fmt::format("{} positions were given for a segment of {} vertices", positions.size(),
-                      open_.vertex_count()));
-  std::vector<std::int64_t> coordinates = in_steps(positions, step_);
-  if (frames_in_group_ == store_group_frames) {
-    append_segment({});
-    order_ = order_of(open_, motion_);
-  }
-  const StoredBlock block = append(encode_positions(coordinates, order_, motion_));
-  motion_.advance(std::move(coordinates));
-  ++frames_in_group_;
-  OrderedJson line = {{"frame", number},
-               {"segment", segment_},
-               {"offset", block.offset},
-               {"bytes", block.bytes},
-               {"crc32", block.checksum}};
-  if (!measured.empty()) line["measured"] = manifest_line(measured);
-  append_line(line.dump() + "\n");
+  for (const StorePiece& piece : coder_.add_frame(number, positions, measured)) append(piece);
   if (!beginning_) return;
   beginning_->blocks.commit();
   beginning_->manifest.commit();
@@ -193,7 +121,7 @@ void EvolvingWriter::add_frame(int number, const std::vector<Vector3>& positions
 
 void write_evolving(const fs::path& manifest, const EvolvingMesh& evolving, double step,
                     const std::string& about, const std::vector<std::string>& measured,
-                    double uv_step) {
+                    double uv_step, int group_frames) {
   check(evolving);
   require(measured.empty() || measured.size() == evolving.frames.size(),
           fmt::format("{} frames were given with what was measured of {}", evolving.frames.size(),
@@ -203,8 +131,7 @@ void write_evolving(const fs::path& manifest, const EvolvingMesh& evolving, doub
   EvolvingWriter writer;
   writer.manifest_ = manifest_file.temporary();
   writer.blocks_ = blocks_file.temporary();
-  writer.step_ = step;
-  writer.uv_step_ = uv_step;
+  writer.coder_ = StoreCoder(step, uv_step, group_frames);
   writer.begin(blocks.filename().string(), about);
   int open = -1;
   for (const EvolvingFrame& frame : evolving.frames) {

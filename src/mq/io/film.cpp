@@ -1,40 +1,27 @@
 #include "mq/io/film.h"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <tuple>
+#include <utility>
 
 #include "mq/base/error.h"
+#include "mq/io/detail/evolving_manifest.h"
+#include "mq/io/detail/store_coder.h"
 
 namespace mq {
 namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr double most_coordinate = 65535;
-constexpr double farthest_drawn = 1e18;  // graphics cards multiply lengths in floats, to 3.4e38
-
-void append_u32(Bytes& bytes, std::uint32_t value) {
-  for (int k = 0; k < 4; ++k) bytes.push_back(std::byte(value >> (8 * k)));
-}
-
-Bytes deflated(const Bytes& bytes) {
-  uLongf size = compressBound(uLong(bytes.size()));
-  Bytes result(size);
-  const int status = compress2(reinterpret_cast<Bytef*>(result.data()), &size,
-                               reinterpret_cast<const Bytef*>(bytes.data()), uLong(bytes.size()),
-                               Z_BEST_COMPRESSION);
-  if (status != Z_OK) throw IoError(fmt::format("zlib: compress2 ended with status {}", status));
-  result.resize(size);
-  return result;
-}
+constexpr double farthest_drawn = 1e18;       // graphics cards multiply lengths in floats, to 3.4e38
+constexpr double float_steps = 0x1p24;        // floats have as many up to a power of two
+constexpr double extent_parts = 65536;        // of which half a one may be lost
+constexpr double least_uv_step = 0x1p-19;     // a 32nd texel of the largest textures, 16384 wide
 
 struct FilmBox {
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
@@ -52,101 +39,68 @@ struct FilmBox {
   }
 };
 
-/// The vertices of a segment as a graphics card wants them: once for each pair of texture
-/// coordinates and colour.
-struct Points {
-  std::vector<int> vertices, uvs;  ///< of each point; -1: no texture coordinates
-  std::vector<std::array<float, 3>> colours;
-  std::vector<Triangle> triangles;
-  std::vector<std::array<int, 2>> edges;  ///< of charts, each once
-};
-
-Points points_of(const EvolvingSegment& segment, const std::vector<Lifespan>& lives,
-                 const LifeColour& colour, int frame_count) {
-  Points result;
-  std::map<std::tuple<int, int, int, int>, int> known;
-  for (int t = 0; t < segment.triangle_count(); ++t) {
-    const Lifespan& life = lives[t];
-    Triangle& corners = result.triangles.emplace_back();
-    for (int k = 0; k < 3; ++k) {
-      const int vertex = segment.triangles[t][k];
-      const int uv = segment.corner_uvs.empty() ? -1 : segment.corner_uvs[t][k];
-      const auto [place, is_new] =
-          known.try_emplace({vertex, uv, life.first, life.last}, int(result.vertices.size()));
-      if (is_new) {
-        result.vertices.push_back(vertex);
-        result.uvs.push_back(uv);
-        result.colours.push_back(colour(life.first, life.last, frame_count));
-      }
-      corners[k] = place->second;
-    }
-  }
-  // An edge between two points that has one triangle is that of a chart; both of its sides are one
-  // line on the surface.
-  std::map<std::array<int, 2>, int> sides;
-  for (const Triangle& triangle : result.triangles)
-    for (int k = 0; k < 3; ++k) {
-      const int a = triangle[k], b = triangle[(k + 1) % 3];
-      ++sides[{std::min(a, b), std::max(a, b)}];
-    }
-  std::map<std::array<int, 2>, bool> drawn;
-  for (const auto& [points, count] : sides) {
-    if (count > 1) continue;
-    const int a = result.vertices[points[0]], b = result.vertices[points[1]];
-    if (drawn.try_emplace({std::min(a, b), std::max(a, b)}, true).second)
-      result.edges.push_back(points);
-  }
-  return result;
+double film_step(const EvolvingReader& reader, const FilmBox& box, const std::optional<double>& error) {
+  const double farthest = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
+  const double extent = (box.high - box.low).maxCoeff();
+  const double most = error ? *error * (box.high - box.low).norm() : extent / extent_parts;
+  double step = is_step(reader.step()) ? reader.step() : 0;
+  for (const double off : {most, farthest / float_steps})
+    if (off > std::numeric_limits<double>::min()) step = std::max(step, step_within(off));
+  return step > 0 ? step : 1;  // all is at 0
 }
 
-class FilmBlock {
+double film_uv_step(const EvolvingReader& reader, const EvolvingMesh& connectivity) {
+  double farthest = 1;
+  for (const EvolvingSegment& segment : connectivity.segments)
+    for (const Vector2& uv : segment.uvs) farthest = std::max(farthest, uv.cwiseAbs().maxCoeff());
+  return std::max({reader.uv_step(), least_uv_step, std::exp2(std::ceil(std::log2(farthest / float_steps)))});
+}
+
+void put_number(Bytes& bytes, std::uint64_t value) {
+  for (; value >= 128; value >>= 7) bytes.push_back(std::byte(value | 128));
+  bytes.push_back(std::byte(value));
+}
+
+/// Which colour each life has, and the segments' triangles by these.
+class LifeRuns {
  public:
-  FilmBlock(const EvolvingSegment& segment, const Points& points, const FilmBox& box) : box_(box) {
-    for (const int vertex : points.vertices) append_u32(bytes_, std::uint32_t(vertex));
-    if (!segment.uvs.empty())
-      for (const int uv : points.uvs)
-        for (int k = 0; k < 2; ++k)
-          append_u32(bytes_,
-                     std::bit_cast<std::uint32_t>(uv < 0 ? 0.0F : float(segment.uvs[uv][k])));
-    for (const auto& colour : points.colours)
-      for (const float c : colour)
-        bytes_.push_back(std::byte(std::lround(255 * std::clamp(c, 0.0F, 1.0F))));
-    for (const Triangle& triangle : points.triangles)
-      for (const int point : triangle) append_u32(bytes_, std::uint32_t(point));
-    for (const auto& edge : points.edges)
-      for (const int point : edge) append_u32(bytes_, std::uint32_t(point));
-    before_.assign(3 * std::size_t(segment.vertex_count()), 0);
-  }
-
-  void add_frame(const std::vector<Vector3>& positions) {
-    std::vector<std::uint16_t> folded;
-    for (int k = 0; k < 3; ++k) {
-      const double extent = box_.high[k] - box_.low[k];
-      for (const Vector3& p : positions) {
-        std::uint16_t& before = before_[folded.size()];
-        const auto now = std::uint16_t(
-            extent > 0 ? std::lround((p[k] - box_.low[k]) / extent * most_coordinate) : 0);
-        const auto step = std::int16_t(now - before);
-        folded.push_back(std::uint16_t((step << 1) ^ (step >> 15)));
-        before = now;
-      }
+  void add(const std::vector<Lifespan>& lives) {
+    for (std::size_t t = 0; t < lives.size();) {
+      const std::pair<int, int> life(lives[t].first, lives[t].last);
+      const std::size_t begin = t;
+      while (t < lives.size() && lives[t].first == life.first && lives[t].last == life.second) ++t;
+      put_number(runs_, t - begin);
+      put_number(runs_, std::uint64_t(known_.try_emplace(life, int(known_.size())).first->second));
     }
-    for (const int shift : {0, 8})
-      for (const std::uint16_t value : folded) bytes_.push_back(std::byte(value >> shift));
   }
 
-  Bytes finish() const { return deflated(bytes_); }
+  Bytes bytes(const LifeColour& colour, int frame_count) const {
+    std::vector<std::pair<int, int>> lives(known_.size());
+    for (const auto& [life, place] : known_) lives[std::size_t(place)] = life;
+    Bytes bytes;
+    put_number(bytes, lives.size());
+    for (const auto& [first, last] : lives)
+      for (const float c : colour(first, last, frame_count))
+        put_number(bytes, std::uint64_t(std::lround(255 * std::clamp(c, 0.0F, 1.0F))));
+    bytes.insert(bytes.end(), runs_.begin(), runs_.end());
+    return bytes;
+  }
 
  private:
-  const FilmBox& box_;
-  Bytes bytes_;
-  std::vector<std::uint16_t> before_;
+  std::map<std::pair<int, int>, int> known_;
+  Bytes runs_;
 };
+
+void append(Film& film, const StorePiece& piece) {
+  film.manifest += piece.line;
+  if (piece.begins_group) film.blocks.emplace_back();
+  film.blocks.back().insert(film.blocks.back().end(), piece.block.begin(), piece.block.end());
+}
 
 }  // namespace
 
-Film make_film(const EvolvingReader& reader, const std::vector<int>& frames,
-               const LifeColour& colour, const Progress& progress) {
+Film make_film(const EvolvingReader& reader, const std::vector<int>& frames, const LifeColour& colour,
+               const FilmOptions& options, const Progress& progress) {
   require(!frames.empty(), "a film wants one frame at least");
   EvolvingMesh connectivity;
   for (int s = 0; s < int(reader.segments().size()); ++s)
@@ -162,28 +116,29 @@ Film make_film(const EvolvingReader& reader, const std::vector<int>& frames,
     measuring.at(double(i + 1) / double(frames.size()));
   }
 
-  Film film;
+  StoreCoder coder(film_step(reader, box, options.error), film_uv_step(reader, connectivity), store_group_frames);
+  Film film{.manifest = coder.head(options.blocks_name, "{}")};
+  LifeRuns runs;
   OrderedJson numbers = OrderedJson::array(), segments = OrderedJson::array();
   for (std::size_t i = 0; i < frames.size();) {
-    const int s = reader.frames()[frames[i]].segment;
-    const EvolvingSegment& segment = connectivity.segments[s];
-    const Points points = points_of(segment, lives[s], colour, int(reader.frames().size()));
-    FilmBlock block(segment, points, box);
+    const int s = reader.frames()[std::size_t(frames[i])].segment;
+    const EvolvingSegment& segment = connectivity.segments[std::size_t(s)];
+    append(film, coder.add_segment(segment));
+    runs.add(lives[std::size_t(s)]);
     const std::size_t first = i;
-    for (; i < frames.size() && reader.frames()[frames[i]].segment == s; ++i) {
-      block.add_frame(reader.positions(frames[i]));
-      numbers.push_back(reader.frames()[frames[i]].number);
+    for (; i < frames.size() && reader.frames()[std::size_t(frames[i])].segment == s; ++i) {
+      const int number = reader.frames()[std::size_t(frames[i])].number;
+      for (const StorePiece& piece : coder.add_frame(number, reader.positions(frames[i]), {})) append(film, piece);
+      numbers.push_back(number);
       packing.at(double(i + 1) / double(frames.size()));
     }
-    film.blocks.push_back(block.finish());
     segments.push_back({{"first", first},
                         {"frames", i - first},
                         {"vertices", segment.vertex_count()},
-                        {"points", points.vertices.size()},
-                        {"triangles", points.triangles.size()},
-                        {"edges", points.edges.size()},
+                        {"triangles", segment.triangle_count()},
                         {"has_uvs", !segment.uvs.empty()}});
   }
+  film.lives = runs.bytes(colour, int(reader.frames().size()));
   const auto corner = [](const Vector3& p) { return OrderedJson{p.x(), p.y(), p.z()}; };
   film.description = OrderedJson{
       {"frames", numbers},

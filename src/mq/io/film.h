@@ -1,26 +1,17 @@
 #pragma once
-/// An evolving mesh as a page in a browser plays it (apps/player/player.js): a description in JSON,
-/// and a block of bytes per segment.
+/// An evolving mesh as a page in a browser plays it (apps/player): a description in JSON, and a store of its frames
+/// (docs/evolving_format.md), a block of bytes per group of frames.
 ///
-/// A segment's block is compressed (zlib's format, RFC 1950) and holds, numbers with their lowest
-/// byte first, for V vertices, P points, T triangles, B edges of charts and F frames:
+/// `lives` says which colour each triangle has, by how long its texture coordinates stay; whole numbers of seven bits a
+/// byte, the lowest first, of which the highest bit says that another follows:
 ///
-///   points     P × 32 bits   the vertex of each; a vertex is one point in each chart it belongs to
-///   uvs        2P × floats   u, v; nothing where the segment has no texture coordinates
-///   colours    3P × 8 bits   red, green, blue, by how long texture coordinates stay
-///   triangles  3T × 32 bits  points
-///   edges      2B × 32 bits  points
-///   positions  F × 6V bytes  a frame: the low bytes of x of all vertices, then of y, of z, then
-///   the
-///                            high bytes likewise
-///
-/// A coordinate is a whole number from 0 to 65535 between the sides of the box that holds all
-/// frames. It is kept as the difference to the frame before (modulo 65536; the first to 0), folded:
-/// 0, −1, 1, −2, … are 0, 1, 2, 3, …
+///   K, 3K numbers   red, green, blue of each colour, from 0 to 255
+///   for each segment, until all of its triangles are told: how many triangles in a row have a colour, and which.
 
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,17 +21,27 @@
 namespace mq {
 
 struct Film {
-  std::string description;    ///< JSON: frames, box, and of each segment the counts above
-  std::vector<Bytes> blocks;  ///< one per segment that has any of the frames
+  std::string description = {};    ///< JSON: frames, box (low, high), and of each segment its first frame and counts
+  std::string manifest = {};       ///< of the store
+  std::vector<Bytes> blocks = {};  ///< of the store, one after the other: those of each group of frames
+  Bytes lives = {};
 };
 
 /// The colour of what lives from frame `first` to `last` of `count`.
 using LifeColour = std::function<std::array<float, 3>(int first, int last, int count)>;
 
+struct FilmOptions {
+  std::string blocks_name = "film.blocks";  ///< as the manifest has it
+  /// How far positions may be off, as a share of the diagonal of all frames. Without it 1/65536 of their largest extent,
+  /// which is less than a pixel of any screen. Those of the reader are not rounded to less than its step, nor to less
+  /// than floats have, which graphics cards compute in.
+  std::optional<double> error = {};
+};
+
 /// Frames of the store (indices, increasing). Lives are counted in all its frames, whichever are
 /// asked for. Throws `InvalidInput` where none is, `IoError` where the store is broken,
 /// `Unsupported` where a vertex is too far away for a graphics card (1e18).
-Film make_film(const EvolvingReader& reader, const std::vector<int>& frames,
-               const LifeColour& colour, const Progress& progress = {});
+Film make_film(const EvolvingReader& reader, const std::vector<int>& frames, const LifeColour& colour,
+               const FilmOptions& options = {}, const Progress& progress = {});
 
 }  // namespace mq

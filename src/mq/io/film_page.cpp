@@ -32,13 +32,21 @@ std::string film_script(const Film& film, const FilmPageOptions& options) {
   OrderedJson description = OrderedJson::parse(film.description);
   description["title"] = options.title;
   description["rate"] = options.rate;
-  description["blocks"] = OrderedJson::array();
-  for (const Bytes& block : film.blocks)
-    description["blocks"].push_back(
-        uri_of("application/octet-stream", block, "a segment of the film"));
-  description["video"] = options.video.empty()
-                             ? OrderedJson(nullptr)
-                             : OrderedJson(uri_of(options.video_type, options.video, "the texture video"));
+  const auto data = [](const char* type, ByteView bytes, const char* what) { return uri_of(type, bytes, what); };
+  const bool is_beside = !options.store_name.empty();
+  description["lives"] = data("application/octet-stream", film.lives, "what says how long charts live");
+  description["store"] = is_beside ? OrderedJson(uri_of_name(options.store_name)) : OrderedJson(nullptr);
+  description["video"] = nullptr;
+  if (is_beside) {
+    if (!options.video_name.empty()) description["video"] = uri_of_name(options.video_name);
+  } else {
+    description["manifest"] = film.manifest;
+    description["blocks"] = OrderedJson::array();
+    for (const Bytes& block : film.blocks)
+      description["blocks"].push_back(data("application/octet-stream", block, "a group of frames of the film"));
+    if (!options.video.empty())
+      description["video"] = data(options.video_type.c_str(), options.video, "the texture video");
+  }
   // "</" would end the script; in JSON it may be written so.
   std::string text = description.dump(-1, ' ', true, OrderedJson::error_handler_t::replace);
   for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3)
@@ -47,10 +55,10 @@ std::string film_script(const Film& film, const FilmPageOptions& options) {
 }
 
 void put_script(std::string& page, std::string_view name, std::string_view script) {
-  const std::string place = fmt::format("<script src=\"{}\">", name);
+  const std::string place = fmt::format(" src=\"{}\">", name);
   const std::size_t at = page.find(place);
   if (at == std::string::npos) throw std::logic_error(fmt::format("the page has no {}", name));
-  page.replace(at, place.size(), fmt::format("<script>\n{}", script));
+  page.replace(at, place.size(), fmt::format(">\n{}", script));
 }
 
 }  // namespace

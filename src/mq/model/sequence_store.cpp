@@ -7,10 +7,11 @@
 namespace mq {
 
 EvolvingStore::EvolvingStore(std::filesystem::path manifest, std::string about,
-                             SameMaker require_same_maker)
+                             SameMaker require_same_maker, int group_frames)
     : manifest_(std::move(manifest)),
       about_(std::move(about)),
-      require_same_maker_(std::move(require_same_maker)) {}
+      require_same_maker_(std::move(require_same_maker)),
+      group_frames_(group_frames) {}
 
 std::vector<SequenceStore::Stored> EvolvingStore::take_up(Messages& messages) {
   reader_.reset();
@@ -31,7 +32,7 @@ void EvolvingStore::require_same_maker() const {
   if (require_same_maker_) require_same_maker_(*reader_);
 }
 
-void EvolvingStore::begin(double step) { writer_.emplace(manifest_, step, about_); }
+void EvolvingStore::begin(double step) { writer_.emplace(manifest_, step, about_, 0, group_frames_); }
 
 void EvolvingStore::go_on(int frames) { writer_.emplace(*reader_, frames); }
 

@@ -58,9 +58,9 @@ class EvolvingStore : public SequenceStore {
   /// Throws `InvalidInput` where a store was made in another way.
   using SameMaker = std::function<void(const EvolvingReader& reader)>;
 
-  /// `about` is a JSON object for whoever reads, such as the options; see `EvolvingWriter`.
+  /// `about` is a JSON object for whoever reads, such as the options; see `EvolvingWriter`, also for `group_frames`.
   explicit EvolvingStore(std::filesystem::path manifest, std::string about = "{}",
-                         SameMaker require_same_maker = {});
+                         SameMaker require_same_maker = {}, int group_frames = store_group_frames);
 
   std::string name() const override { return manifest_.string(); }
   std::vector<Stored> take_up(Messages& messages) override;
@@ -77,6 +77,7 @@ class EvolvingStore : public SequenceStore {
   std::filesystem::path manifest_;
   std::string about_;
   SameMaker require_same_maker_;
+  int group_frames_;
   std::optional<EvolvingReader> reader_;
   std::optional<EvolvingWriter> writer_;
 };

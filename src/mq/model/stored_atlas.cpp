@@ -27,7 +27,7 @@ void write_laid_out(const EvolvingReader& reader, const EvolvingMesh& evolving,
                     const std::filesystem::path& manifest, const std::string& about, double uv_step) {
   std::vector<std::string> measured;
   for (const StoredFrame& frame : reader.frames()) measured.push_back(frame.measured);
-  write_evolving(manifest, evolving, reader.step(), about, measured, uv_step);
+  write_evolving(manifest, evolving, reader.step(), about, measured, uv_step, reader.group_frames());
 }
 
 }  // namespace mq

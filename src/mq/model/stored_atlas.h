@@ -25,7 +25,7 @@ LifespanAtlas lay_out_stored(const EvolvingReader& reader, EvolvingMesh& evolvin
                              const LifespanAtlasOptions& options = {},
                              const Progress& progress = {});
 
-/// Writes the mesh as another store, or in place of the one it was read from: with the same step
+/// Writes the mesh as another store, or in place of the one it was read from: with the same step, groups as long,
 /// and what was measured of its frames. `about` and `uv_step` are as `EvolvingWriter` has them.
 void write_laid_out(const EvolvingReader& reader, const EvolvingMesh& evolving,
                     const std::filesystem::path& manifest, const std::string& about = "{}",

@@ -23,10 +23,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int most_group_frames = 10000;
+
 /// What decides how frames are followed: a store is gone on with as it was begun.
 constexpr const char* deciding[] = {"photometric", "cycles",    "nodes",         "stiffness",
                                     "elasticity",  "angle",     "no-prediction", "restart",
-                                    "within",      "keyframes", "texture",       "error"};
+                                    "within",      "keyframes", "texture",       "error",
+                                    "group"};
 
 TemplateFollowerOptions follow_options(const OptionValues& options, Remeshing remeshing) {
   TemplateFollowerOptions follow;
@@ -103,9 +106,11 @@ EvolvingStore made_store(const OptionValues& options, Remeshing remeshing) {
       output.extension() == ".evolving",
       fmt::format("--output: found '{}', wanted a name that ends in .evolving", output.string()));
   const Json about = {{"verb", options.table().verb()}, {"options", options_json(options)}};
-  return EvolvingStore(output, about.dump(), [&options, remeshing](const EvolvingReader& reader) {
+  const auto require_same = [&options, remeshing](const EvolvingReader& reader) {
     require_same_options(reader, options, remeshing);
-  });
+  };
+  return EvolvingStore(output, about.dump(), require_same,
+                       options.has("group") ? int(options.integer("group")) : store_group_frames);
 }
 
 /// Says from where on the template no longer shows what was captured.
@@ -214,6 +219,15 @@ void add_store_options(OptionTable& table) {
              .help = "how far positions in OUT may be from where they were found",
              .details = "They are rounded before the next frame is followed. 0.01 is a fifth of a millimetre on a "
                         "person, and makes OUT three times smaller. Without it they are rounded to a millionth."});
+  table.add({.name = "group",
+             .type = Option::Type::integer,
+             .unit = "frames",
+             .least = 1,
+             .most = most_group_frames,
+             .group = "Sequence",
+             .help = "after so many frames one is told by itself; else after 32",
+             .details = "To show a frame, those before it in its group are read. Each group takes as many bytes as "
+                        "two to eight frames more."});
 }
 
 void add_graph_options(OptionTable& table) {

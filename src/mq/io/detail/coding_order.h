@@ -56,6 +56,19 @@ inline std::int64_t nearest_ratio(std::int64_t a, std::int64_t b) {
   return ratio * b > sum ? ratio - 1 : ratio;
 }
 
+/// The nearest whole number to a / (64 count), count > 0: a quotient of 64 and one of `count`, which is short division
+/// nearly always.
+inline std::int64_t nearest_64th(std::int64_t a, std::int64_t count) {
+  const std::int64_t whole = plus(a, 32 * count) >> 6;
+  if (count == 1) return whole;
+  if (std::int64_t(std::int32_t(whole)) == whole && count <= 64) {
+    const std::int32_t ratio = std::int32_t(whole) / std::int32_t(count);
+    return ratio - std::int32_t(ratio * std::int32_t(count) > std::int32_t(whole));
+  }
+  const std::int64_t ratio = whole / count;
+  return ratio * count > whole ? ratio - 1 : ratio;
+}
+
 /// What v's `dimension` values may be, from those before it: `values` has as many for each vertex. Between the mean of
 /// its neighbours, for weight 0, and the mean of its parallelograms, for weight 64.
 template <int dimension>

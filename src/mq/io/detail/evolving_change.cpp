@@ -60,15 +60,19 @@ class Places {
 };
 
 std::vector<int> places_of(const std::vector<int>& ids, const std::vector<int>& before) {
-  std::vector<std::pair<int, int>> known;  // by id; made once an id is not the next one
+  constexpr std::ptrdiff_t few = 64;
+  const int most = before.empty() ? -1 : std::ranges::max(before);
+  std::vector<std::pair<int, int>> known;  // by id; made once an id is not one of the next few, and may be another
   std::vector<int> places;
   places.reserve(ids.size());
   std::size_t expected = 0;
   for (const int id : ids) {
     int place = new_place;
-    if (expected < before.size() && before[expected] == id) {
-      place = int(expected);
-    } else if (!before.empty()) {
+    const auto next = before.begin() + std::ptrdiff_t(expected);
+    const auto end = next + std::min(few, before.end() - next), near = id <= most ? std::find(next, end, id) : end;
+    if (near != end) {
+      place = int(near - before.begin());
+    } else if (id <= most) {
       if (known.empty()) {
         for (std::size_t i = 0; i < before.size(); ++i) known.emplace_back(before[i], int(i));
         std::ranges::sort(known);

@@ -47,35 +47,53 @@ AroundSums sums_around(const Coordinates& x, const CodingOrder& order, const Mot
   return sum;
 }
 
-AxisValues predicted_in_time(const Coordinates& x, const CodingOrder& order, const MotionState& before,
-                         const MotionWeights& weights, int v) {
-  const AroundSums sum = sums_around(x, order, before, v);
-  const AxisValues position = coordinates_at(before.coordinates, v), change = coordinates_at(before.change, v);
-  AxisValues result;
-  const std::int64_t count = std::max<std::int64_t>(sum.count, 1);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::int64_t parts = plus(plus(times(weights[0], sum.moved[k]), times(weights[2], sum.change[k])),
-                                    times(times(weights[1], change[k]), count));
-    result[k] = plus(position[k], nearest_ratio(parts, weight_one * count));
+/// Codes vertices one after the other, each of which is predicted from those before it.
+class MotionCoder {
+ public:
+  MotionCoder(const CodingOrder& order, const MotionState& before, const MotionWeights& weights)
+      : order_(order), before_(before), weights_(weights), left_(std::size_t(order.vertex_count())) {
+    if (!before.empty()) moved_.resize(before.coordinates.size());
   }
-  return result;
-}
 
-/// Goes through all vertices; `residual(context, value, predicted)` codes one value and returns what it differs by.
-template <class Residual>
-void code_positions(Coordinates& x, const CodingOrder& order, const MotionState& before, const MotionWeights& weights,
-          const Residual& residual) {
-  std::vector<std::uint32_t> left(std::size_t(order.vertex_count()));
-  for (int v = 0; v < order.vertex_count(); ++v) {
-    const int context = left_context(order, left, v, motion_contexts);
-    const AxisValues predicted = before.empty() ? predicted_in_space<3>(x, order, v, weights[0])
-                                            : predicted_in_time(x, order, before, weights, v);
-    std::uint64_t own = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      own += bounded_left(residual(context, x[3 * std::size_t(v) + k], predicted[k]));
-    left[std::size_t(v)] = std::uint32_t(own);
+  /// `residual(context, value, predicted)` codes one value and returns what it differs by.
+  template <class Residual>
+  void code(Coordinates& x, const Residual& residual) {
+    for (int v = 0; v < order_.vertex_count(); ++v) {
+      const std::size_t i = 3 * std::size_t(v);
+      const int context = left_context(order_, left_, v, motion_contexts);
+      const AxisValues predicted =
+          before_.empty() ? predicted_in_space<3>(x, order_, v, weights_[0]) : predicted_in_time(v);
+      std::uint64_t own = 0;
+      for (std::size_t k = 0; k < 3; ++k) own += bounded_left(residual(context, x[i + k], predicted[k]));
+      left_[std::size_t(v)] = std::uint32_t(own);
+      if (before_.empty()) continue;
+      for (std::size_t k = 0; k < 3; ++k)
+        moved_[i + k] = plus(times(weights_[0], minus(x[i + k], before_.coordinates[i + k])),
+                             times(weights_[2], before_.change[i + k]));
+    }
   }
-}
+
+ private:
+  AxisValues predicted_in_time(int v) const {
+    const AxisValues position = coordinates_at(before_.coordinates, v), change = coordinates_at(before_.change, v);
+    AxisValues sum{};
+    const auto neighbours = order_.neighbours(v);
+    for (const int n : neighbours)
+      for (std::size_t k = 0; k < 3; ++k) sum[k] = plus(sum[k], moved_[3 * std::size_t(n) + k]);
+    const std::int64_t count = std::max<std::int64_t>(std::ssize(neighbours), 1);
+    AxisValues result;
+    for (std::size_t k = 0; k < 3; ++k)
+      result[k] =
+          plus(position[k], nearest_64th(plus(sum[k], times(times(weights_[1], change[k]), count)), count));
+    return result;
+  }
+
+  const CodingOrder& order_;
+  const MotionState& before_;
+  const MotionWeights& weights_;
+  std::vector<std::uint32_t> left_;
+  Coordinates moved_;  ///< a d + c e of each vertex that was coded
+};
 
 /// Least squares of `wanted` = Σ weight · feature, sample after sample; large residuals count less in the end.
 class WeightFit {
@@ -186,7 +204,7 @@ Bytes encode_positions(const std::vector<std::int64_t>& coordinates, const Codin
   Coordinates x = coordinates;
   const MotionWeights weights = best_weights(x, order, before);
   for (const std::int64_t weight : weights) to.put_signed(weights_stream, weight);
-  code_positions(x, order, before, weights, [&](int context, std::int64_t value, std::int64_t predicted) {
+  MotionCoder(order, before, weights).code(x, [&](int context, std::int64_t value, std::int64_t predicted) {
     const std::int64_t left = minus(value, predicted);
     to.put_signed(context, left);
     return left;
@@ -200,7 +218,7 @@ std::vector<std::int64_t> decode_positions(ByteView bytes, const CodingOrder& or
   SymbolReader from(bytes, motion_streams, x.size() + 3, what);
   MotionWeights weights{};
   for (std::int64_t& weight : weights) weight = from.get_signed(weights_stream);
-  code_positions(x, order, before, weights, [&](int context, std::int64_t& value, std::int64_t predicted) {
+  MotionCoder(order, before, weights).code(x, [&](int context, std::int64_t& value, std::int64_t predicted) {
     const std::int64_t left = from.get_signed(context);
     value = plus(predicted, left);
     return left;

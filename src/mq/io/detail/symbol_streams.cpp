@@ -6,6 +6,7 @@
 #include <draco/compression/entropy/symbol_decoding.h>
 #include <draco/compression/entropy/symbol_encoding.h>
 #include <fmt/format.h>
+#include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -17,10 +18,11 @@
 namespace mq {
 namespace {
 
-enum StreamMethod : int { one_token = 0, rans_tokens = 1, zstd_tokens = 2 };
+enum StreamMethod : int { one_token = 0, rans_tokens = 1, zstd_tokens = 2, deflate_tokens = 3 };  // 2 is only read
 
 constexpr std::uint32_t most_token = 16 + 2 * 59 + 1;  // of 64 bits
-constexpr int zstd_level = 19;
+constexpr int deflate_window = -15;  // 32 kB, without a head
+constexpr int deflate_memory = 9;    // of 9
 
 void put_leb(Bytes& bytes, std::uint64_t value) {
   for (; value >= 128; value >>= 7) bytes.push_back(std::byte(value | 128));
@@ -34,14 +36,44 @@ Bytes by_rans(const std::vector<std::uint32_t>& tokens) {
   return {all.begin(), all.end()};
 }
 
-Bytes by_zstd(const std::vector<std::uint32_t>& tokens) {
+Bytes plain_bytes(const std::vector<std::uint32_t>& tokens) {
   Bytes plain;
   for (const std::uint32_t token : tokens) plain.push_back(std::byte(token));
-  Bytes packed(ZSTD_compressBound(plain.size()));
-  const std::size_t size = ZSTD_compress(packed.data(), packed.size(), plain.data(), plain.size(), zstd_level);
-  if (ZSTD_isError(size)) throw IoError(fmt::format("zstd: {}", ZSTD_getErrorName(size)));
-  packed.resize(size);
+  return plain;
+}
+
+Bytef* zlib_bytes(Bytes& bytes) { return reinterpret_cast<Bytef*>(bytes.data()); }
+const Bytef* zlib_bytes(ByteView bytes) { return reinterpret_cast<const Bytef*>(bytes.data()); }
+
+Bytes by_deflate(const std::vector<std::uint32_t>& tokens) {
+  const Bytes plain = plain_bytes(tokens);
+  z_stream to{};
+  if (deflateInit2(&to, Z_BEST_COMPRESSION, Z_DEFLATED, deflate_window, deflate_memory, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw IoError("zlib: deflateInit2 failed");
+  Bytes packed(deflateBound(&to, uLong(plain.size())));
+  to.next_in = const_cast<Bytef*>(zlib_bytes(ByteView(plain)));
+  to.avail_in = uInt(plain.size());
+  to.next_out = zlib_bytes(packed);
+  to.avail_out = uInt(packed.size());
+  const int status = deflate(&to, Z_FINISH);
+  packed.resize(to.total_out);
+  deflateEnd(&to);
+  if (status != Z_STREAM_END) throw IoError(fmt::format("zlib: deflate ended with status {}", status));
   return packed;
+}
+
+/// Whether the bytes are exactly as many as `plain` has.
+bool inflated(ByteView packed, Bytes& plain) {
+  z_stream from{};
+  if (inflateInit2(&from, deflate_window) != Z_OK) return false;
+  from.next_in = const_cast<Bytef*>(zlib_bytes(packed));
+  from.avail_in = uInt(packed.size());
+  from.next_out = zlib_bytes(plain);
+  from.avail_out = uInt(plain.size());
+  const int status = inflate(&from, Z_FINISH);
+  const bool is_all = from.avail_in == 0 && from.avail_out == 0;
+  inflateEnd(&from);
+  return status == Z_STREAM_END && is_all;
 }
 
 void put_stream(Bytes& bytes, const std::vector<std::uint32_t>& tokens) {
@@ -52,9 +84,9 @@ void put_stream(Bytes& bytes, const std::vector<std::uint32_t>& tokens) {
   if (std::ranges::adjacent_find(tokens, std::ranges::not_equal_to()) != tokens.end()) {
     payload = by_rans(tokens);
     method = rans_tokens;
-    if (Bytes other = by_zstd(tokens); payload.empty() || other.size() < payload.size()) {
+    if (Bytes other = by_deflate(tokens); payload.empty() || other.size() < payload.size()) {
       payload = std::move(other);
-      method = zstd_tokens;
+      method = deflate_tokens;
     }
   }
   bytes.push_back(std::byte(method));
@@ -134,10 +166,14 @@ void SymbolReader::decode(ByteView payload, int method, Stream& stream) const {
     buffer.set_bitstream_version(draco::kDracoMeshBitstreamVersion);
     if (!draco::DecodeSymbols(std::uint32_t(tokens.size()), 1, &buffer, tokens.data()))
       fail("holds a stream that Draco cannot decode");
-  } else if (method == zstd_tokens) {
+  } else if (method == zstd_tokens || method == deflate_tokens) {
     Bytes plain(tokens.size());
-    const std::size_t size = ZSTD_decompress(plain.data(), plain.size(), payload.data(), payload.size());
-    if (ZSTD_isError(size) || size != plain.size()) fail("holds a stream that zstd cannot decode");
+    if (method == deflate_tokens) {
+      if (!inflated(payload, plain)) fail("holds a stream that zlib cannot decode");
+    } else if (const std::size_t size = ZSTD_decompress(plain.data(), plain.size(), payload.data(), payload.size());
+               ZSTD_isError(size) || size != plain.size()) {
+      fail("holds a stream that zstd cannot decode");
+    }
     std::ranges::transform(plain, tokens.begin(), [](std::byte b) { return std::to_integer<std::uint32_t>(b); });
   } else {
     fail(fmt::format("holds a stream of method {}, which is not known", method));

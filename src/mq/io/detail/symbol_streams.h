@@ -3,7 +3,7 @@
 ///
 /// A number below 16 is a token of its own; of a larger one the token says how many bits it has and the bit after
 /// the highest, and the bits below that follow as they are. Tokens of a stream are one value repeated, or coded by
-/// rANS (Draco), or by zstd; which one is a byte. Numbers that are alike belong in one stream, those that are told
+/// rANS (Draco), or by deflate, and in early stores by zstd; which one is a byte. Numbers that are alike belong in one stream, those that are told
 /// apart by what both sides know already in streams of their own.
 
 #include <cstdint>
