@@ -82,8 +82,8 @@ void StitchTool::say_what_was_kept() const {
   for (const std::string& file : kept->second) names.push_back(std::filesystem::path(file).filename().string());
   const TextureSize& size = session_.scene->texture_sizes.front();
   remark(with_cameras_
-             ? fmt::format("Kept for 'as textures': {}. Here they do not fit: from where a photograph was taken says "
-                           "a file of cameras, which names it.",
+             ? fmt::format("Kept for 'as textures': {}. Alone they do not do here: a file of cameras says from where "
+                           "each photograph was taken.",
                            joined(names))
              : fmt::format("Kept for 'with cameras': {}. It does not fit here: these photographs are textures of this "
                            "model, {} × {} texels large.",

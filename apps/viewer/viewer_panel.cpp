@@ -29,7 +29,9 @@ void Viewer::panel(float width, float height) {
   ImGui::PushItemWidth(width * 0.5F);
   const TexturedModel& scene = *session_.scene;
   ImGui::TextUnformatted(scene.model.path.filename().string().c_str());
-  ImGui::SameLine(width - scaled(124));
+  const float buttons = ImGui::CalcTextSize("open ...").x + ImGui::CalcTextSize("close").x +
+                        4 * ImGui::GetStyle().FramePadding.x + ImGui::GetStyle().ItemSpacing.x;
+  ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - buttons);  // left of a scroll bar
   if (ImGui::SmallButton("open ...")) tried(session_, [&] { ask_for_model(); });
   ImGui::SameLine();
   if (ImGui::SmallButton("close")) model_to_close_ = true;

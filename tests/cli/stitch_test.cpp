@@ -187,6 +187,30 @@ TEST(Stitch, ReturnsConstantsAndSingleRegionsUnchanged) {
   EXPECT_TRUE(file_bytes(folder / "grey.png") == file_bytes(folder / "strip.png"));
 }
 
+/// A hole at the border of a chart, whose colour is around the chart too. The chart begins at column 3.
+TEST(Stitch, FillsTheGutterBesideWhatIsUnseen) {
+  const Folder folder;
+  write_gains(folder, 1, 64, 48);
+  Image<float> labels(64, 48, 3, 1.0F), hole = read_texture(folder / "strip.png").pixels;
+  for (int y = 18; y < 30; ++y)
+    for (int x = 0; x < 12; ++x)
+      for (int c = 0; c < 3; ++c) labels(x, y, c) = 0, hole(x, y, c) = c == 1;
+  write_image(folder / "labels.png", labels);
+  write_image(folder / "strip.png", hole);
+  const Result result = stitch(folder, "out.png", {"--labels", "labels.png", "--unseen", "#000000"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Image<float> before = read_texture(folder / "strip.png").pixels,
+                     after = read_texture(folder / "out.png").pixels;
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_EQ(after(0, 24, c), after(3, 24, c));
+    EXPECT_LT(after(0, 24, 1), 0.95F);
+    // Elsewhere the gutter is as it was.
+    EXPECT_EQ(after(0, 8, c), before(0, 8, c));
+    EXPECT_EQ(after(63, 24, c), before(63, 24, c));
+    EXPECT_EQ(after(20, 0, c), before(20, 0, c));
+  }
+}
+
 TEST(Stitch, FillsWhatTheLabelsSayIsUnseen) {
   const Folder folder;
   write_gains(folder, 1, 64, 48);

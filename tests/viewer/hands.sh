@@ -6,9 +6,12 @@
 # way where SHOTS names a folder.
 set -euo pipefail
 marquetry=$1
-mkdir bin  # the desktop's dialogs are looked for there
-PATH=$PWD/bin "$marquetry" view --size 900x460 --scale 1 --report report.json > window.log 2>&1 &
+mkdir bin elsewhere  # the desktop's dialogs are looked for in the first; the window is started in the other
+folder=$PWD
+cd elsewhere
+PATH=$folder/bin "$marquetry" view --size 900x460 --scale 1 --report "$folder/report.json" > "$folder/window.log" 2>&1 &
 viewer=$!
+cd "$folder"
 trap 'kill $viewer 2> /dev/null || true' EXIT
 
 fail() {
@@ -111,15 +114,31 @@ again_until titled "* sphere.obj - marquetry" -- press 75 250  # redo
 xdotool mousemove 460 300 mousedown 3 mousemove 420 280 mouseup 3
 key 2
 shot compared
+key n
+until_true "a place where the textures differ is found" grep -q "place 1 of" window.log
+shot place
+key f
 key 3
 key ctrl+s
 until_true "the texture is saved" test -s filtered.png
 until_true "the title says that it is saved" titled "sphere.obj - marquetry"
 
+# Photographs are asked for: the button that begins with them is dim.
+key 4
+press 190 195
+xdotool mousemove 200 420
+sleep 7  # until what was said is gone
+seen photographs_before
+press 140 382
+xdotool mousemove 200 420
+sleep 0.5
+seen photographs_after
+shot photographs
+
 # The list of what is shown, and the key that closes it.
 key 1
 xdotool mousemove 200 400
-sleep 7  # until what was said is gone
+sleep 0.5
 seen list_before
 press 84 217
 xdotool mousemove 200 400
@@ -136,9 +155,9 @@ shot closed
 again_until titled "sphere.obj - marquetry" -- open_by_path
 
 # Another model, by the dialog of a desktop, which is a script here.
-cat > bin/zenity << 'END'
+cat > bin/zenity << END
 #!/bin/sh
-echo "$PWD/other.obj"
+echo "$folder/other.obj"
 END
 chmod +x bin/zenity
 key ctrl+o

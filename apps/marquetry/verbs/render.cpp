@@ -36,14 +36,14 @@ double extent_of(const OptionValues& options, const TexturedModel& scene) {
 }
 
 /// Where the textures drawn first jump most.
-void look_at_seam(Run& run, const TexturedModel& scene, const ModelRenderer& renderer, double extent, View& view) {
+void look_at_seam(Run& run, const TexturedModel& scene, const ModelRenderer& renderer, View& view) {
   const std::string file = scene.model.path.string();
   require(has_pictures(scene), file + ": has no textures whose seams could differ");
   require(scene.atlas->seam_count > 0, file + ": has no seam to look at; give --at three coordinates");
   const SeamDifference seams = texture_seams(scene);
   require(!seams.edges.empty(),
           file + ": has no seam whose two sides could differ; give --at three coordinates");
-  const Sight sight = renderer.sight_of_seam(seams, extent, view);
+  const Sight sight = renderer.sight_of_seam(seams, extent_of(run.options(), scene), view);
   if (!sight.clear)
     run.terminal().remark("the place where seams differ most is hidden; seen from straight above");
   if (seams.rms < 0.5 / 255)
@@ -57,7 +57,7 @@ void look_at_seam(Run& run, const TexturedModel& scene, const ModelRenderer& ren
 
 /// Where the textures drawn first and those drawn beside them differ most.
 void look_at_difference(Run& run, const TexturedModel& scene, std::span<const Texture> after,
-                        const ModelRenderer& renderer, double extent, View& view) {
+                        const ModelRenderer& renderer, View& view) {
   const std::string file = scene.model.path.string();
   require(!after.empty(), "--at difference: there is nothing to differ from: name other textures with --compare");
   const TextureDifference found =
@@ -65,7 +65,7 @@ void look_at_difference(Run& run, const TexturedModel& scene, std::span<const Te
                          pictures_of(after.first(scene.model.textures.size())), {.most = 1});
   require(!found.places.empty(), file + ": --at difference: the textures do not differ anywhere on the model");
   const DifferencePlace& place = found.places.front();
-  const Sight sight = renderer.sight_of_place(place.point, place.normal, extent, view);
+  const Sight sight = renderer.sight_of_place(place.point, place.normal, extent_of(run.options(), scene), view);
   if (!sight.clear)
     run.terminal().remark("the place where textures differ most is hidden; seen from straight above");
   view = sight.view;
@@ -79,12 +79,11 @@ void look_at_place(Run& run, const TexturedModel& scene, std::span<const Texture
                    const ModelRenderer& renderer, View& view) {
   const OptionValues& options = run.options();
   if (!options.has("at")) return;
-  const double extent = extent_of(options, scene);
-  if (options.text("at") == "seam") return look_at_seam(run, scene, renderer, extent, view);
-  if (options.text("at") == "difference") return look_at_difference(run, scene, after, renderer, extent, view);
+  if (options.text("at") == "seam") return look_at_seam(run, scene, renderer, view);
+  if (options.text("at") == "difference") return look_at_difference(run, scene, after, renderer, view);
   const auto place = numbers_of(options, "at", 3);
   view.target = Vector3(place[0], place[1], place[2]);
-  view.extent = extent;
+  view.extent = extent_of(options, scene);
 }
 
 /// The camera that --through and --photograph name. Throws `InvalidInput` where there is none.

@@ -16,6 +16,7 @@
 #include "mq/model/photograph_texture.h"
 #include "mq/model/photographs.h"
 #include "mq/model/stitch_regions.h"
+#include "mq/model/texture_fill.h"
 #include "options/model_options.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
@@ -115,6 +116,14 @@ void describe(Run& run, const StitchRegions& regions) {
     run.terminal().remark("there is one region only, so nothing to stitch");
 }
 
+/// What was unseen had its colour outside charts too.
+void fill_gutters(const StitchRegions& regions, const TexelSpace& space, TexturedModel& scene) {
+  if (regions.count_unseen() == 0) return;
+  std::vector<char> filled;
+  for (const int label : regions.labels) filled.push_back(label == unseen);
+  spread_past_charts_of(filled, space, scene);
+}
+
 /// Says so where seams are not better than they were.
 void compare_seams(Run& run) {
   const Json& seams = run.result["seams"];
@@ -175,6 +184,7 @@ Exit stitch(Run& run) {
 
   const Step step(run, "write", 0.04);
   target->put(before, after, scene.model);
+  fill_gutters(regions, target->space(), scene);
   run.result["seams"] = {{"before", seams}, {"after", seams_json(scene, *target)}};
   compare_seams(run);
   set_depth(options, scene.model);

@@ -65,4 +65,10 @@ void spread_past_charts(const TexelSpace& space, TexturedModel& model) {
                         model.model.textures[i].pixels);
 }
 
+void spread_past_charts_of(const std::vector<char>& some, const TexelSpace& space, TexturedModel& model) {
+  const std::vector<Coverage> coverage = texel_coverage(model.surface, *model.atlas);
+  for (std::size_t i = 0; i < model.model.textures.size(); ++i)
+    spread_past_borders_of(some, space, int(i), coverage[i], model.model.textures[i].pixels);
+}
+
 }  // namespace mq

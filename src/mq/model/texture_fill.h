@@ -59,4 +59,7 @@ class TextureFill {
 /// nothing else is to be seen in smaller levels of a mipmap.
 void spread_past_charts(const TexelSpace& space, TexturedModel& model);
 
+/// The same around `some` unknowns of the space (1) alone: texels to which others are nearer keep their values.
+void spread_past_charts_of(const std::vector<char>& some, const TexelSpace& space, TexturedModel& model);
+
 }  // namespace mq
