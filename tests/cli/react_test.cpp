@@ -50,6 +50,24 @@ TEST(React, PaintsInTheColoursAskedFor) {
   EXPECT_EQ(green, 0);
 }
 
+/// Two squares of the same size, one of which has an eighth of the texels in one direction.
+TEST(React, SaysWhereTexelsAreTooCoarse) {
+  const Folder folder;
+  write_bytes(folder / "two.obj",
+              "mtllib two.mtl\nusemtl two\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 1 -1\nv 1 1 -1\n"
+              "vt .02 .02\nvt .48 .02\nvt .48 .48\nvt .02 .48\nvt .52 .52\nvt .98 .52\nvt .98 .58\nvt .52 .58\n"
+              "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\nf 4/5 3/6 6/7\nf 4/5 6/7 5/8\n");
+  write_bytes(folder / "two.mtl", "newmtl two\nmap_Kd two.png\n");
+  write_image(folder / "two.png", busy_picture(256, 256), Depth::u8);
+  const auto said = [&](const std::string& scale) {
+    const Result result = marquetry(folder, {"react", "two.obj", "--scale", scale, "--time", "20", "-o", "o.png"});
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.error;
+  };
+  EXPECT_THAT(said("12tx"), HasSubstr("on 50 % of the surface texels are so long"));
+  EXPECT_THAT(said("40tx"), Not(HasSubstr("so long")));
+}
+
 TEST(React, SaysWhyAPictureIsPlain) {
   const Folder folder;
   write_strip(folder);

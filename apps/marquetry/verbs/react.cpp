@@ -11,8 +11,10 @@
 #include "mq/base/length.h"
 #include "mq/base/stopwatch.h"
 #include "mq/base/words.h"
+#include "mq/atlas/atlas.h"
 #include "mq/filter/reaction_diffusion.h"
 #include "mq/io/file_names.h"
+#include "mq/mesh/geometry.h"
 #include "mq/model/texture_fill.h"
 #include "shell/results.h"
 #include "shell/verb.h"
@@ -110,6 +112,39 @@ float most_of_second(const Substances& state) {
   return most;
 }
 
+/// Waves shorter than this many texels show the grid; where texels are stretched, and few, it is seen from the second on.
+constexpr double least_texels = 6, least_stretched_texels = 4;
+
+/// Of the surface, the part where texels are longer than this.
+double part_of_longer(const TexturedModel& scene, const Atlas& atlas, double length) {
+  double longer = 0, all = 0;
+  for (int t = 0; t < scene.surface.triangle_count(); ++t) {
+    const double area = triangle_area(scene.surface.mesh, t);
+    all += area;
+    if (atlas.chart[std::size_t(t)] < 0) continue;
+    const TexelMetric metric = texel_metric(scene.surface, atlas, t);
+    if (std::sqrt(metric.density * metric.stretch) > length) longer += area;
+  }
+  return all > 0 ? longer / all : 0;
+}
+
+void warn_of_coarse_texels(Run& run, const TexturedModel& scene, const ModelSignal& domain, double wave,
+                           const std::string& where) {
+  const double spacing = domain.scale().texel_spacing;
+  if (wave < least_texels * spacing) {
+    run.terminal().warning(fmt::format("--scale: a wave is {:.1f} texels long{}; below {:g} the grid shows in the pattern",
+                                       wave / spacing, where, least_texels));
+    return;
+  }
+  const Atlas* const atlas = domain.texel_atlas();
+  const double coarse = atlas ? part_of_longer(scene, *atlas, wave / least_stretched_texels) : 0;
+  constexpr double noticeable = 0.02;
+  if (coarse > noticeable)
+    run.terminal().remark(fmt::format("on {:.0f} % of the surface texels are so long that a wave has fewer than {:g} of "
+                                      "them, and the grid shows there: take a larger --scale, a larger texture, or 'unwrap'",
+                                      100 * coarse, least_stretched_texels));
+}
+
 /// Where nothing grew the picture is plain: says why. `seeds` is how much there was at first.
 void warn_of_nothing(Run& run, float seeds, const Substances& state) {
   constexpr float visible = 1.0F / 255;
@@ -153,12 +188,9 @@ Exit react(Run& run) {
                                               1, step.progress().step("weights", 0.3));
     });
   }
-  const double spacing = domain->scale().texel_spacing;
-  const double shortest = along ? wave_length / std::hypot(1, options.number("kappa")) : wave_length;
-  if (shortest < 6 * spacing)
-    run.terminal().warning(
-        fmt::format("--scale: a wave is {:.1f} texels long{}; below 6 the grid shows in the pattern",
-                    shortest / spacing, along ? " across the field" : ""));
+  warn_of_coarse_texels(run, scene, *domain,
+                        along ? wave_length / std::hypot(1, options.number("kappa")) : wave_length,
+                        along ? " across the field" : "");
   const int steps = asked_steps(options, process->time_step());
   Substances state =
       seeded_substances(domain->space().positions(), wave_length, std::uint64_t(options.integer("seed")));
