@@ -155,16 +155,20 @@ NoiseCurve smoothed_noise(const std::vector<NoiseBlocks>& blocks) {
 
 }  // namespace
 
-double NoiseCurve::at(double value, int channel) const {
-  const auto above = std::size_t(std::ranges::upper_bound(brightness, value) - brightness.begin());
-  const auto last = Eigen::Index(brightness.size()) - 1;
-  if (above == 0) return deviation(0, channel);
-  const Eigen::Index k = std::min(Eigen::Index(above), last);
-  if (k == 0) return deviation(0, channel);
-  const double slope = (deviation(k, channel) - deviation(k - 1, channel)) /
-                       (brightness[std::size_t(k)] - brightness[std::size_t(k - 1)]);
-  if (Eigen::Index(above) > last && slope <= 0) return deviation(last, channel);
-  return deviation(k, channel) + slope * (value - brightness[std::size_t(k)]);
+NoiseCurve::Place NoiseCurve::place_of(double value) const {
+  const auto count = int(brightness.size());
+  if (count < 2 || value <= brightness.front()) return {};
+  const auto above = int(std::ranges::upper_bound(brightness, value) - brightness.begin());
+  const int to = std::min(above, count - 1);
+  const double from = brightness[std::size_t(to - 1)];
+  return {to, (value - from) / (brightness[std::size_t(to)] - from)};
+}
+
+double NoiseCurve::at(const Place& place, int channel) const {
+  if (place.to == 0) return deviation(0, channel);
+  const double from = deviation(place.to - 1, channel), to = deviation(place.to, channel);
+  if (place.share > 1 && to <= from) return to;
+  return from + place.share * (to - from);
 }
 
 NoiseCurve noise_curve(const ChartWindows& windows, const Signal& psi, const Progress& progress) {

@@ -21,8 +21,16 @@ struct NoiseCurve {
 
   bool is_empty() const { return brightness.empty(); }
 
-  /// Below the least brightness as there; above the greatest it goes on rising if it rose before.
-  double at(double brightness, int channel) const;
+  /// Where a brightness lies among those of the curve: so far from one to the next, `to`; beyond the last more than 1.
+  struct Place {
+    int to = 0;
+    double share = 0;
+  };
+  Place place_of(double value) const;
+
+  /// The deviation there. Below the least brightness as there; above the greatest it goes on rising if it rose before.
+  double at(const Place& place, int channel) const;
+  double at(double value, int channel) const { return at(place_of(value), channel); }
 
   /// Whether the noise of a channel grows with its brightness above `black`, as that of averaged rays does: at least as
   /// fast as its fourth root.

@@ -202,20 +202,21 @@ class WindowFilter {
         }
   }
 
-  /// The mean brightness of each place of the patches.
-  std::array<float, most_patch_values> brightness_of(std::span<const int> patches) const {
-    std::array<float, most_patch_values * most_patches> values;
-    gather(basic_.empty() ? noisy_ : basic_, patches, 0, 1, values.data());
-    std::array<float, most_patch_values> means{};
+  /// Of the mean brightness of each place of the patches.
+  std::array<NoiseCurve::Place, most_patch_values> brightness_of(std::span<const int> patches) const {
+    const std::vector<float>& plane = basic_.empty() ? noisy_ : basic_;
+    std::array<NoiseCurve::Place, most_patch_values> places;
     for (int r = 0; r < pass_.side * pass_.side; ++r) {
-      for (std::size_t n = 0; n < patches.size(); ++n) means[std::size_t(r)] += values[std::size_t(r) * most_patches + n];
-      means[std::size_t(r)] /= float(patches.size());
+      const int offset = r / pass_.side * window_.width + r % pass_.side;
+      float sum = 0;
+      for (const int patch : patches) sum += plane[std::size_t(patch + offset)];
+      places[std::size_t(r)] = noise_.place_of(double(sum) / double(patches.size()));
     }
-    return means;
+    return places;
   }
 
   /// Of noise, a value for each row that `gather` gives.
-  std::array<float, most_patch_values> deviations(const std::array<float, most_patch_values>& brightness,
+  std::array<float, most_patch_values> deviations(const std::array<NoiseCurve::Place, most_patch_values>& brightness,
                                                   int first_channel, int channels) const {
     std::array<float, most_patch_values> result{};
     const int places = pass_.side * pass_.side;
@@ -226,7 +227,7 @@ class WindowFilter {
   }
 
   /// Whether the patches differ by noise alone; then their values become the mean of them all.
-  bool level(std::span<const int> patches, const std::array<float, most_patch_values>& brightness) {
+  bool level(std::span<const int> patches, const std::array<NoiseCurve::Place, most_patch_values>& brightness) {
     const int rows = pass_.side * pass_.side;
     std::array<float, most_patch_values * most_patches> values;
     std::vector<double> means;
@@ -254,13 +255,26 @@ class WindowFilter {
     return true;
   }
 
-  /// Makes noise of deviation 1 of it.
-  static void scale(int rows, const std::array<float, most_patch_values>& deviation, float* values, float* like) {
-    for (int r = 0; r < rows; ++r)
-      for (int n = 0; n < most_patches; ++n) {
-        values[r * most_patches + n] /= deviation[std::size_t(r)];
-        like[r * most_patches + n] /= deviation[std::size_t(r)];
-      }
+  /// Makes noise of deviation 1 of it, without what neighbours have in common.
+  void whiten(int first_channel, int channels, const std::array<float, most_patch_values>& deviation,
+              float* values) const {
+    const int rows = pass_.side * pass_.side;
+    for (int r = 0; r < channels * rows; ++r) {
+      const float factor = 1 / deviation[std::size_t(r)];
+      for (int n = 0; n < most_patches; ++n) values[r * most_patches + n] *= factor;
+    }
+    for (int k = 0; k < channels && !whitenings_.empty(); ++k)
+      multiply(whitenings_[std::size_t(first_channel + k)].inverse, values + k * rows * most_patches);
+  }
+
+  /// The same back.
+  void colour(int first_channel, int channels, const std::array<float, most_patch_values>& deviation,
+              float* values) const {
+    const int rows = pass_.side * pass_.side;
+    for (int k = 0; k < channels && !whitenings_.empty(); ++k)
+      multiply(whitenings_[std::size_t(first_channel + k)].factor, values + k * rows * most_patches);
+    for (int r = 0; r < channels * rows; ++r)
+      for (int n = 0; n < most_patches; ++n) values[r * most_patches + n] *= deviation[std::size_t(r)];
   }
 
   void filter(int anchor) {
@@ -269,25 +283,21 @@ class WindowFilter {
     for (const int patch : patches)
       for (int j = 0; j < pass_.side; ++j)
         for (int i = 0; i < pass_.side; ++i) weight_[std::size_t(patch + j * window_.width + i)] += 1;
-    const std::array<float, most_patch_values> brightness = brightness_of(patches);
+    const std::array<NoiseCurve::Place, most_patch_values> brightness = brightness_of(patches);
     if (basic_.empty() && level(patches, brightness)) return;
     std::array<float, most_patch_values * most_patches> values{}, like{};
     for (int c = 0; c < channels_; c += pass_.together) {
       const int channels = std::min(pass_.together, channels_ - c), rows = channels * pass_.side * pass_.side;
       gather(noisy_, patches, c, channels, values.data());
-      if (!basic_.empty()) gather(basic_, patches, c, channels, like.data());
       const std::array<float, most_patch_values> deviation = deviations(brightness, c, channels);
-      scale(rows, deviation, values.data(), like.data());
-      for (int k = 0; k < channels && !whitenings_.empty(); ++k) {
-        multiply(whitenings_[std::size_t(c + k)].inverse, values.data() + k * rows / channels * most_patches);
-        multiply(whitenings_[std::size_t(c + k)].inverse, like.data() + k * rows / channels * most_patches);
+      whiten(c, channels, deviation, values.data());
+      if (!basic_.empty()) {
+        gather(basic_, patches, c, channels, like.data());
+        whiten(c, channels, deviation, like.data());
       }
       similar_patch_kernels().shrink(rows, int(patches.size()), basic_.empty() ? least_variance : 1,
                                      basic_.empty() ? values.data() : like.data(), values.data());
-      for (int k = 0; k < channels && !whitenings_.empty(); ++k)
-        multiply(whitenings_[std::size_t(c + k)].factor, values.data() + k * rows / channels * most_patches);
-      for (int r = 0; r < rows; ++r)
-        for (int n = 0; n < most_patches; ++n) values[std::size_t(r * most_patches + n)] *= deviation[std::size_t(r)];
+      colour(c, channels, deviation, values.data());
       add(patches, c, channels, values.data());
     }
   }
