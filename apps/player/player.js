@@ -451,9 +451,10 @@ async function main() {
   });
   element('bar').hidden = false;
   const first = askedFrame();
+  note('loading', 'Loading …');
   show(first, true);
   await isBegun;
-  note('', '');
+  note('loading', '');
   home();
   overlay();
   paint();

@@ -120,7 +120,7 @@ TEST(Unwrap, GivesAnEvolvingMeshOneAtlas) {
   const Folder folder;
   const EvolvingMesh before = patched_sheet(10, 4, 5);
   write_evolving(folder / "sheet.evolving", before, store_step(10), "{\"made\":\"here\"}",
-                 std::vector<std::string>(before.frames.size(), "{\"seen\":1}"));
+                 std::vector<std::string>(before.frames.size(), "{\"seen\":1}"), 0, 2);
   const Result result =
       marquetry(folder, {"unwrap", "sheet.evolving", "-o", "atlas.evolving", "--size", "128",
                          "--trials", "2", "--coherence", "5", "--picture", "lives.png", "--json"});
@@ -134,6 +134,7 @@ TEST(Unwrap, GivesAnEvolvingMeshOneAtlas) {
   const EvolvingReader reader(folder / "atlas.evolving");
   EXPECT_EQ(reader.broken(), "");
   EXPECT_THAT(reader.about(), HasSubstr("here"));
+  EXPECT_EQ(reader.group_frames(), 2);
   EXPECT_THAT(reader.frames()[2].measured, HasSubstr("seen"));
   const EvolvingMesh after = reader.read();
   EXPECT_NO_THROW(check(after));
