@@ -7,6 +7,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
+#include "mq/model/texture_fill.h"
 #include "options/solver_options.h"
 #include "shell/results.h"
 #include "stitch_tool.h"
@@ -157,6 +158,7 @@ void StitchTool::solve(const OptionValues& options, const Composite& composite, 
   // A factorisation of a second attempt is not what the next choice should begin with.
   if (attempts > 1) stitcher_.reset();
   target_->put(composite.values, result.signal, model);
+  if (!with_cameras_) spread_past_unseen(composite.labels, space, *session_.scene, model);  // as the verb stitch
   solving_.push_back(watch.seconds());
 }
 

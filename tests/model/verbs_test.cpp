@@ -235,6 +235,7 @@ TEST(VerbStitch, TakesRegionsFromLabels) {
   const Stitcher stitcher(signal.space(), 100 * signal.space().scale().area, regions.labels);
   const RegionLevels levels = stitcher.levels(regions.values, LightLaw::display);
   signal.put(regions.values, stitcher.stitch(regions.values, {}, levels).signal, strip.model.model);
+  spread_past_unseen(regions.labels, signal.space(), strip.model, strip.model.model);
   EXPECT_TRUE(strip.of_library() == wanted);
 }
 

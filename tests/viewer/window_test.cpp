@@ -104,6 +104,28 @@ TEST(Photographs, AreTakenWhereTheyAreDropped) {
   EXPECT_THAT(alone.error, HasSubstr("photographs alone do not say from where they were taken"));
 }
 
+/// What none shows is filled as the verb fills it, the gutter around it too.
+TEST(Photographs, ThatShowNotAllAreFilledAsTheVerbDoes) {
+  const Folder folder;
+  write_sphere(folder, "128");
+  write_two_photographs(folder);
+  for (const char* name : {"one.png", "two.png"}) {
+    Image<float> holed = picture(folder, name);
+    for (int y = 30; y < 50; ++y)
+      for (int x = 0; x < 20; ++x) holed(x, y, 3) = 0;
+    write_image(folder / name, holed);
+  }
+  const Result result = view(folder, "tool stitch\nset partial one.png two.png\nwait\nscreenshot shown.png atlas\n",
+                             {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Result verb = marquetry(folder, {"stitch", "sphere.obj", "-o", "out.png", "--partial", "one.png", "--partial",
+                                         "two.png", "--json"});
+  ASSERT_EQ(verb.status, 0) << verb.error;
+  EXPECT_GT(verb.json()["result"]["unseen"].get<int>(), 200);
+  ASSERT_EQ(view(folder, "screenshot verb.png atlas\n", {"sphere.obj", "out.png"}).status, 0);
+  EXPECT_TRUE(same_values(picture(folder, "shown.png"), picture(folder, "verb.png")));
+}
+
 TEST(Photographs, ThatAreTakenBackLeaveTheTextureAsItWas) {
   const Folder folder;
   write_sphere(folder, "64");

@@ -116,14 +116,6 @@ void describe(Run& run, const StitchRegions& regions) {
     run.terminal().remark("there is one region only, so nothing to stitch");
 }
 
-/// What was unseen had its colour outside charts too.
-void fill_gutters(const StitchRegions& regions, const TexelSpace& space, TexturedModel& scene) {
-  if (regions.count_unseen() == 0) return;
-  std::vector<char> filled;
-  for (const int label : regions.labels) filled.push_back(label == unseen);
-  spread_past_charts_of(filled, space, scene);
-}
-
 /// Says so where seams are not better than they were.
 void compare_seams(Run& run) {
   const Json& seams = run.result["seams"];
@@ -184,7 +176,7 @@ Exit stitch(Run& run) {
 
   const Step step(run, "write", 0.04);
   target->put(before, after, scene.model);
-  fill_gutters(regions, target->space(), scene);
+  spread_past_unseen(regions.labels, target->space(), scene, scene.model);
   run.result["seams"] = {{"before", seams}, {"after", seams_json(scene, *target)}};
   compare_seams(run);
   set_depth(options, scene.model);

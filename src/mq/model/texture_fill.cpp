@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "mq/base/error.h"
+#include "mq/filter/stitch.h"
 
 namespace mq {
 namespace {
@@ -65,10 +66,14 @@ void spread_past_charts(const TexelSpace& space, TexturedModel& model) {
                         model.model.textures[i].pixels);
 }
 
-void spread_past_charts_of(const std::vector<char>& some, const TexelSpace& space, TexturedModel& model) {
+void spread_past_unseen(const std::vector<int>& labels, const TexelSpace& space, const TexturedModel& model,
+                        Model& changed) {
+  std::vector<char> filled;
+  for (const int label : labels) filled.push_back(label == unseen);
+  if (std::ranges::count(filled, 1) == 0) return;
   const std::vector<Coverage> coverage = texel_coverage(model.surface, *model.atlas);
-  for (std::size_t i = 0; i < model.model.textures.size(); ++i)
-    spread_past_borders_of(some, space, int(i), coverage[i], model.model.textures[i].pixels);
+  for (std::size_t i = 0; i < changed.textures.size(); ++i)
+    spread_past_borders_of(filled, space, int(i), coverage[i], changed.textures[i].pixels);
 }
 
 }  // namespace mq

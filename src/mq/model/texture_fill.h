@@ -59,7 +59,9 @@ class TextureFill {
 /// nothing else is to be seen in smaller levels of a mipmap.
 void spread_past_charts(const TexelSpace& space, TexturedModel& model);
 
-/// The same around `some` unknowns of the space (1) alone: texels to which others are nearer keep their values.
-void spread_past_charts_of(const std::vector<char>& some, const TexelSpace& space, TexturedModel& model);
+/// The same around unknowns of the label `unseen` alone, which were filled: texels to which others are nearer keep
+/// their values. Of the pictures of `changed`, which is `model` with other ones.
+void spread_past_unseen(const std::vector<int>& labels, const TexelSpace& space, const TexturedModel& model,
+                        Model& changed);
 
 }  // namespace mq
