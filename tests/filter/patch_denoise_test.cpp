@@ -230,6 +230,34 @@ TEST(DenoiseByPatches, TakesFirefliesOff) {
   EXPECT_LT(noisy.error(found.signal), 0.06);
 }
 
+/// A lit wall with a window 200 times as bright and a strip 100 times as dark, and noise of a fifth, as rays have it.
+TEST(DenoiseByPatches, KeepsLightOfAnyRangeWithoutLeaks) {
+  Noisy noisy(whole, 256);
+  const Random random(12);
+  for (int i = 0; i < noisy.space.size(); ++i) {
+    const Vector2& p = noisy.x[std::size_t(i)];
+    const double light = p.x() < 0.3 && p.y() > 0.5 ? 40 : p.x() < 0.4 ? 0.002 : 0.2 + 0.1 * std::sin(9 * p.y());
+    for (int c = 0; c < 2; ++c) {
+      noisy.truth(i, c) = light;
+      noisy.psi(i, c) = light * std::max(0.05, 1 + 0.2 * gaussian(random, std::uint64_t(2 * i + c)));
+    }
+  }
+  const Signal found = noisy.denoised().signal;
+  EXPECT_GT(found.minCoeff(), 0);
+  double dark = 0, squares = 0, means = 0;
+  int count = 0;
+  for (int i = 0; i < noisy.space.size(); ++i) {
+    const double ratio = found(i, 0) / noisy.truth(i, 0);
+    if (noisy.truth(i, 0) == 0.002) dark = std::max(dark, found(i, 0));
+    means += ratio;
+    squares += (ratio - 1) * (ratio - 1);
+    ++count;
+  }
+  EXPECT_LT(dark, 0.004);
+  EXPECT_NEAR(means / count, 1, 0.01);
+  EXPECT_LT(std::sqrt(squares / count), 0.25 * 0.2);
+}
+
 /// Noise of a mean of neighbours, as a camera's: σ² of blocks of four is a multiple of what high frequencies say.
 struct SmoothedNoise : Noisy {
   explicit SmoothedNoise(int side) : Noisy(whole, side, 0) {

@@ -87,13 +87,16 @@ Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& ta
   const double most = std::ranges::max(found.noise);
   if (most > 0)
     run.print(fmt::format("noise of deviation {:.3g} was measured{}\n", most,
-                          found.fireflies > 0 ? fmt::format(", and {} fireflies", found.fireflies) : ""));
+                          found.fireflies == 0   ? ""
+                          : found.fireflies == 1 ? ", and one firefly"
+                                                 : fmt::format(", and {} fireflies", found.fireflies)));
   else
     warn_of_no_noise(run);
   if (found.smoothed > 1)
     run.terminal().remark(fmt::format(
         "it seems that a camera or JPEG has smoothed the noise: it is {:.1f} times as strong over some texels as from "
-        "one to the next, and taken off so", found.smoothed));
+        "one to the next, and taken off so; if it is the grain of cloth or stone, --strength 50 leaves half of it",
+        found.smoothed));
   return std::move(found.signal);
 }
 

@@ -75,7 +75,7 @@ double interpolated(const std::vector<double>& x, const std::vector<double>& y, 
   return (1 - share) * y[above - 1] + share * y[above];
 }
 
-/// Texture takes what classes beside it say, and neighbours are averaged; all are the same where all is texture.
+/// Texture takes what classes beside it say, and neighbours get their geometric mean; all are the same where all is texture.
 std::vector<double> smooth_variance(const std::vector<double>& brightness, const ClassNoise& noise, double of_all) {
   std::vector<double> x, y;
   for (std::size_t k = 0; k < noise.variance.size(); ++k)
@@ -190,12 +190,17 @@ NoiseCurve noise_curve(const ChartWindows& windows, const Signal& psi, const Pro
   return curve;
 }
 
-bool NoiseCurve::grows(int channel, double black) const {
-  constexpr double least_power = 0.25;
-  if (brightness.size() < 2 || !(brightness.front() > black)) return false;
-  const double brighter = (brightness.back() - black) / (brightness.front() - black),
-               noisier = deviation(deviation.rows() - 1, channel) / deviation(0, channel);
-  return std::log(noisier) > least_power * std::log(brighter);
+bool NoiseCurve::grows() const {
+  constexpr double far_from_0 = 1.5, least_range = 2, least_power = 0.45;
+  if (!spectrum.empty()) return false;
+  std::size_t first = 0;
+  while (first < brightness.size() && brightness[first] < far_from_0 * deviation(Eigen::Index(first), 0)) ++first;
+  for (std::size_t k = first + 1; k < brightness.size(); ++k) {
+    const double brighter = brightness[k] / brightness[first],
+                 noisier = deviation(Eigen::Index(k), 0) / deviation(Eigen::Index(first), 0);
+    if (brighter >= least_range && std::log(noisier) > least_power * std::log(brighter)) return true;
+  }
+  return false;
 }
 
 double NoiseCurve::smoothed() const {

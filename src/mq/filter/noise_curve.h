@@ -32,9 +32,10 @@ struct NoiseCurve {
   double at(const Place& place, int channel) const;
   double at(double value, int channel) const { return at(place_of(value), channel); }
 
-  /// Whether the noise of a channel grows with its brightness above `black`, as that of averaged rays does: at least as
-  /// fast as its fourth root.
-  bool grows(int channel, double black) const;
+  /// Whether the noise of the first channel grows with it, above 0, as that of averaged rays does: at least as fast as
+  /// the square root, over a range of twice and more. Values near 0, within one and a half deviations, do not count, as formats
+  /// cut noise off there.
+  bool grows() const;
 
   /// How many times as strong noise is from some texels to the next as from one to the next: the root of the mean of
   /// the spectrum for i + j of 3 and 4. 1 where noise is white.

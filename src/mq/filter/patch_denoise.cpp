@@ -17,6 +17,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/filter/chart_windows.h"
+#include "mq/filter/detail/even_noise.h"
 #include "mq/filter/detail/fireflies.h"
 #include "mq/filter/kernels/similar_patches.h"
 #include "mq/filter/noise_curve.h"
@@ -362,13 +363,6 @@ class NoisePlanes {
 
   int count() const { return int(channels_.size()); }
 
-  /// The luminance of 0.
-  double black() const {
-    double sum = 0;
-    for (int n = 0; n < count(); ++n) sum -= T_(0, n) * middle_[channels_[std::size_t(n)]] / level_[n];
-    return sum;
-  }
-
   Signal of(const Signal& psi) const {
     Signal planes(psi.rows(), count());
     parallel_for(psi.rows(), [&](std::int64_t k) {
@@ -428,6 +422,41 @@ void keep_means(const Surface& surface, const Atlas& atlas, const TexelSpace& sp
   }
 }
 
+/// Fireflies are looked for where noise is that of light.
+enum class Fireflies { taken_off, none };
+
+/// Where noise is of one deviation everywhere, or nearly.
+PatchDenoised denoise_even(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
+                           const ChartWindows& windows, const Signal& psi, const std::vector<double>& levels,
+                           double strength, Fireflies fireflies, const Progress& progress) {
+  PatchDenoised result{psi, levels};
+  const NoisePlanes planes(psi, levels);
+  if (planes.count() == 0) return result;
+  Values noisy;
+  NoiseCurve noise;
+  {
+    const Signal exact = planes.of(psi);
+    noise = noise_curve(windows, exact, progress.step("measure noise by brightness", 0.03));
+    noisy = exact.cast<float>();
+  }
+  result.smoothed = noise.smoothed();
+  if (noise.is_empty()) noise = {.brightness = {0}, .deviation = Signal::Ones(1, planes.count()), .spectrum = {}};
+  noise.deviation *= std::max(1.0, strength);
+
+  Values steady = noisy;
+  if (fireflies == Fireflies::taken_off && noise.spectrum.empty())
+    result.fireflies = take_fireflies_off(windows, noise, steady);
+  const Whitenings whitenings = whitenings_of(noise, planes.count());
+  const Values basic =
+      pass_over(windows, steady, nullptr, noise, whitenings, progress.step("patches of channels", 0.47));
+  const Values best = pass_over(windows, steady, &basic, noise, whitenings, progress.step("patches of colours", 0.5));
+  Signal change = planes.change(steady, best);
+  keep_means(surface, atlas, space, change);
+  if (result.fireflies > 0) change += planes.change(noisy, steady);
+  planes.add(change, result.signal);
+  return result;
+}
+
 }  // namespace
 
 PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
@@ -438,33 +467,23 @@ PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, con
           fmt::format("a signal of {} rows was given for {} unknowns, or it is not finite", psi.rows(),
                       space.size()));
   const ChartWindows windows(surface, atlas, space);
-  PatchDenoised result{psi, noise_levels(windows, psi, progress.step("measure noise", 0.03))};
-  const NoisePlanes planes(psi, result.noise);
-  if (planes.count() == 0) return result;
-
-  Values noisy;
-  NoiseCurve noise;
-  {
-    const Signal exact = planes.of(psi);
-    noise = noise_curve(windows, exact, progress.step("measure noise by brightness", 0.03));
-    noisy = exact.cast<float>();
+  const std::vector<double> levels = noise_levels(windows, psi, progress.step("measure noise", 0.03));
+  const std::vector<NoiseCurve> curves = growing_noise(windows, psi, levels, progress.step("measure noise", 0.03));
+  const auto even = curves.empty() ? std::nullopt : EvenNoise::of(curves, psi);
+  const Progress filtering = progress.step("filter", 0.94);
+  PatchDenoised result;
+  if (even) {
+    const Signal z = even->there(psi);
+    const std::vector<double> of_z = noise_levels(windows, z, filtering.step("measure noise", 0.03));
+    result = denoise_even(surface, atlas, space, windows, z, of_z, options.strength, Fireflies::taken_off,
+                          filtering.step("filter", 0.97));
+    result.signal = even->back(result.signal, z, of_z, psi);
+    result.noise = levels;
+  } else {
+    result = denoise_even(surface, atlas, space, windows, psi, levels, options.strength,
+                          curves.empty() ? Fireflies::none : Fireflies::taken_off, filtering);
   }
-  result.smoothed = noise.smoothed();
-  const bool is_white = !noise.is_empty() && noise.spectrum.empty();
-  if (noise.is_empty()) noise = {.brightness = {0}, .deviation = Signal::Ones(1, planes.count()), .spectrum = {}};
-  noise.deviation *= std::max(1.0, options.strength);
-
-  Values steady = noisy;
-  if (is_white && noise.grows(0, planes.black())) result.fireflies = take_fireflies_off(windows, noise, steady);
-  const Whitenings whitenings = whitenings_of(noise, planes.count());
-  const Values basic =
-      pass_over(windows, steady, nullptr, noise, whitenings, progress.step("patches of channels", 0.45));
-  const Values best = pass_over(windows, steady, &basic, noise, whitenings, progress.step("patches of colours", 0.49));
-  Signal change = planes.change(steady, best);
-  keep_means(surface, atlas, space, change);
-  if (result.fireflies > 0) change += planes.change(noisy, steady);
-  if (options.strength < 1) change *= options.strength;
-  planes.add(change, result.signal);
+  if (options.strength < 1) result.signal = psi + options.strength * (result.signal - psi);
   return result;
 }
 
