@@ -63,6 +63,23 @@ void Run::MadeFolders::make(const std::filesystem::path& folder) {
   folders_.push_back(folder);
 }
 
+namespace {
+
+/// A new model whose pictures or materials have the names of files that are there: another model may show those.
+void warn_of_shared_files(const std::vector<std::filesystem::path>& paths, Terminal& terminal) {
+  std::error_code failure;
+  if (paths.empty() || !names_model(paths[0]) || std::filesystem::exists(paths[0], failure)) return;
+  std::string replaced;
+  for (std::size_t i = 1; i < paths.size(); ++i)
+    if (std::filesystem::exists(paths[i], failure)) replaced += (replaced.empty() ? "" : ", ") + paths[i].string();
+  if (!replaced.empty())
+    terminal.warning(fmt::format("{}: replaced by those of {}; another model that uses them changes with them, and a folder "
+                                 "for each result keeps them apart",
+                                 replaced, paths[0].string()));
+}
+
+}  // namespace
+
 void Run::will_write(const std::vector<std::filesystem::path>& paths,
                      std::set<std::filesystem::path> folders) {
   namespace fs = std::filesystem;
@@ -87,6 +104,7 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
           fmt::format("{}: exists already, and --no-clobber protects it: choose another "
                       "name, or remove it first",
                       path.string()));
+  if (!options_.flag("overwrite")) warn_of_shared_files(paths, terminal_);
   using Replacing = OutputLedger::Replacing;
   if (OutputLedger* ledger = OutputLedger::current())
     ledger->enter(paths, options_.flag("overwrite") ? Replacing::allowed : Replacing::refused);

@@ -1,5 +1,6 @@
 #include "mq/filter/noise_level.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "mq/filter/detail/noise_blocks.h"
@@ -8,8 +9,23 @@ namespace mq {
 
 namespace {
 
-/// Weaker than this, of the deviation of all values, is what the transform of a smooth signal leaves.
+/// Weaker than this, of how far values usually lie from their median, is what the transform of a smooth signal leaves.
 constexpr double least_level = 1e-4;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// The median of distances from the median, which a few bright lights do not change.
+double usual_distance(const Signal& psi, Eigen::Index channel) {
+  std::vector<double> values(std::size_t(psi.rows()));
+  for (Eigen::Index i = 0; i < psi.rows(); ++i) values[std::size_t(i)] = psi(i, channel);
+  const double middle = median(values);
+  for (double& v : values) v = std::abs(v - middle);
+  return median(std::move(values));
+}
 
 }  // namespace
 
@@ -18,8 +34,7 @@ std::vector<double> noise_levels(const ChartWindows& windows, const Signal& psi,
   std::vector<double> levels;
   for (int c = 0; c < psi.cols(); ++c) {
     const double found = noise_level(blocks[std::size_t(c)]);
-    const Vector around = psi.col(c).array() - psi.col(c).mean();
-    levels.push_back(found > least_level * std::sqrt(around.squaredNorm() / double(psi.rows())) ? found : 0);
+    levels.push_back(found > 0 && found > least_level * usual_distance(psi, c) ? found : 0);
   }
   return levels;
 }

@@ -15,8 +15,9 @@ namespace mq {
 /// frequencies of white noise know nothing of each other [ponomarenko2007automatic]. Blocks in which nothing changes,
 /// or a third of the values are the least or the greatest of the channel, as they are where a format cut noise off, do
 /// not count; 0 where a quarter of all blocks or more are constant, or none is left. Where charts hold fewer than 64
-/// blocks, those over seams count too. A ten thousandth of the deviation of all values or less is none. Noise that goes
-/// with brightness is that where it is weakest, and what a camera or JPEG has smoothed is found too weak: `noise_curve`.
+/// blocks, those over seams count too. A ten thousandth of how far values usually lie from their median, or less, is none.
+/// Noise that goes with brightness is that where it is weakest, and what a camera or JPEG has smoothed is found too weak:
+/// `noise_curve`.
 std::vector<double> noise_levels(const ChartWindows& windows, const Signal& psi, const Progress& progress = {});
 
 }  // namespace mq
