@@ -333,8 +333,7 @@ TEST(Filter, TakesStrengthAndRadiusForBetaAndLength) {
     EXPECT_EQ(result.status, 0) << result.error;
     return file_bytes(folder / "out.png");
   };
-  EXPECT_EQ(made({"--strength", "150%", "--radius", "2tx"}),
-            made({"--beta", "2.5", "--length", "2tx", "--luminance", "--threshold", "0.02"}));
+  EXPECT_EQ(made({"--strength", "150%", "-l", "2tx"}), made({"-b", "2.5", "-l", "2tx", "--luminance", "--threshold", ".02"}));
   EXPECT_NE(made({"--strength", "150%", "--radius", "2tx"}), made({"--beta", "2.5", "--length", "2tx"}));
   EXPECT_EQ(made({"--strength", "-100"}), made({"--beta", "0", "--length", "3tx"}));
   EXPECT_EQ(made({"--beta", "2", "--radius", "4tx", "--luminance"}),
