@@ -333,7 +333,8 @@ TEST(Filter, TakesStrengthAndRadiusForBetaAndLength) {
     EXPECT_EQ(result.status, 0) << result.error;
     return file_bytes(folder / "out.png");
   };
-  EXPECT_EQ(made({"--strength", "150%", "-l", "2tx"}), made({"-b", "2.5", "-l", "2tx", "--luminance", "--threshold", ".02"}));
+  EXPECT_EQ(made({"--strength", "150%", "--radius", "2tx"}),
+            made({"--beta", "2.5", "--length", "2tx", "--luminance", "--threshold", "0.02"}));
   EXPECT_NE(made({"--strength", "150%", "--radius", "2tx"}), made({"--beta", "2.5", "--length", "2tx"}));
   EXPECT_EQ(made({"--strength", "-100"}), made({"--beta", "0", "--length", "3tx"}));
   EXPECT_EQ(made({"--beta", "2", "--radius", "4tx", "--luminance"}),
@@ -366,10 +367,7 @@ TEST(Filter, RunsOverFrames) {
   EXPECT_EQ(json["options"]["frames"], "2-6x2");
   for (const char* name : {"out_002.png", "out_004.png", "out_006.png"})
     EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
-  EXPECT_EQ(
-      marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "0", "--frames", "1-2"})
-          .status,
-      2);
+  EXPECT_EQ(marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "-b", "0", "--frames", "1-2"}).status, 2);
 }
 
 TEST(Filter, RefusesAFoldWithItsPlace) {
