@@ -40,7 +40,7 @@ struct PatchDenoised {
 ///
 /// A signal without noise comes back bit for bit. The mean of each component of the surface is kept (of light
 /// nearly, on the even scale and but for fireflies). Texels within
-/// four of the surface's own boundary on both sides, in strips, have no patches and stay. Costs about 10 µs a texel
+/// four of the surface's own boundary on both sides, in strips, have no patches and stay. Costs about 12 µs a texel
 /// of three channels on one core, and memory for three signals in single precision.
 ///
 /// Surface and atlas are those of the space. Throws `InvalidInput` where the signal does not fit or is not finite, or
