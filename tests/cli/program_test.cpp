@@ -37,6 +37,7 @@ TEST(Program, RefusesAnUnknownVerb) {
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.output, "");
   EXPECT_THAT(result.error, StartsWith("marquetry: there is no verb 'fitler'"));
+  EXPECT_THAT(marquetry({}, {"sharpen"}).error, HasSubstr("'filter --strength 50%' sharpens"));
 }
 
 TEST(Program, NoticesThatItsOutputIsLost) {

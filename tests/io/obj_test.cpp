@@ -127,6 +127,7 @@ TEST(Obj, LeavesTextureCoordinatesThatAreNotFiniteToTheAtlas) {
 TEST(Obj, RefusesWhatIsNotObj) {
   EXPECT_THAT(refusal("hello\nworld\n"), HasSubstr("a.obj is not an OBJ file"));
   EXPECT_THAT(refusal(std::string(1000, '\0')), HasSubstr("is not an OBJ file"));
+  EXPECT_THAT(io_error_of([&] { parse_obj(bytes_of("#?RADIANCE"), "sky.hdr"); }), HasSubstr("of another format (.hdr)"));
 }
 
 TEST(Obj, RefusesAPolygonTooLongToCut) {

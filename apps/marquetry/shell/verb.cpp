@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
@@ -22,6 +23,16 @@ std::vector<Verb> all_verbs() {
   };
 }
 
+namespace {
+
+/// What other programs call what `filter` does.
+bool sharpens_or_smooths(const std::string& name) {
+  static const std::set<std::string> names = {"sharpen", "smooth", "blur", "unsharp"};
+  return names.contains(name);
+}
+
+}  // namespace
+
 Verb find_verb(const std::vector<Verb>& verbs, const std::string& name) {
   std::vector<std::string> names;
   for (const Verb& verb : verbs) {
@@ -33,7 +44,8 @@ Verb find_verb(const std::vector<Verb>& verbs, const std::string& name) {
     names.push_back(verb.table.verb());
   }
   throw InvalidInput(fmt::format("there is no verb '{}'{} ('marquetry --help' lists them)", name,
-                                 did_you_mean(name, names)));
+                                 sharpens_or_smooths(name) ? ": 'filter --strength 50%' sharpens, 'filter --strength -100%' smooths"
+                                                           : did_you_mean(name, names)));
 }
 
 void name_options_of(const Verb& verb) {

@@ -33,15 +33,14 @@ struct PatchDenoised {
 /// and, over its seams, those one gets to by walking on (`ChartWindows`), so that a seam changes little. σ is that
 /// of `noise_levels`, per channel, and channels without noise stay as they are. Where `noise_curve` knows more, each
 /// place of the patches has the σ of its mean brightness in Q, and noise that was smoothed its covariance instead of
-/// σ²I (patches are whitened). Where the noise of all channels grows with
-/// their values it is that of averaged rays: all is done on a scale on which it is even (`EvenNoise`), from which nothing
-/// comes back below 0, if it is a line of the values; and texels that surpass all around them by 6 σ, fireflies, first
-/// become the median of those.
+/// σ²I (patches are whitened). Where the noise of all channels grows with their values it is that of averaged rays:
+/// all is done on a scale on which it is even (`EvenNoise`), from which nothing comes back below 0, if it is a line of the
+/// values; and texels that surpass all around them by 6 σ, fireflies, first become the median of those.
 ///
-/// A signal without noise comes back bit for bit. The mean of each component of the surface is kept (of light
-/// nearly, on the even scale and but for fireflies). Texels within
-/// four of the surface's own boundary on both sides, in strips, have no patches and stay. Costs about 12 µs a texel
-/// of three channels on one core, and memory for three signals in single precision.
+/// A signal without noise comes back bit for bit. The mean of each component of the surface is kept (of light nearly, on
+/// the even scale and but for fireflies). Texels within four of the surface's own boundary on both sides, in strips, have
+/// no patches and stay. Costs about 12 µs a texel of three channels on one core, and memory for three signals in single
+/// precision.
 ///
 /// Surface and atlas are those of the space. Throws `InvalidInput` where the signal does not fit or is not finite, or
 /// the strength is not more than 0.

@@ -8,6 +8,7 @@
 #include <charconv>
 #include <climits>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <unordered_map>
 
@@ -29,11 +30,7 @@ class ObjParser {
       line_ = scanner.offset();
       read_line(scanner);
     }
-    if (file_.vertices.empty() && faces_ == 0)
-      throw IoError(
-          fmt::format("{} is not an OBJ file: it has no line with a vertex or a face; "
-                      "check that it is the mesh and not cut short",
-                      name_));
+    if (file_.vertices.empty() && faces_ == 0) refuse_other_file();
     last_line_ = line_;
     check_ahead(vertex_ahead_, int(file_.mesh.positions.size()), "vertex");
     check_ahead(uv_ahead_, int(file_.mesh.uvs.size()), "texture coordinate");
@@ -46,6 +43,18 @@ class ObjParser {
   }
 
  private:
+  /// What is no other format is taken for this one, whatever its name is.
+  [[noreturn]] void refuse_other_file() const {
+    const std::string extension = std::filesystem::path(name_).extension().string();
+    if (extension.empty() || extension == ".obj" || extension == ".OBJ")
+      throw IoError(fmt::format("{} is not an OBJ file: it has no line with a vertex or a face; check that it is the mesh "
+                                "and not cut short",
+                                name_));
+    throw IoError(fmt::format("{}: found neither a mesh (OBJ, PLY, glTF, GLB) nor a picture (PNG, JPEG, WebP, TIFF, EXR): "
+                              "it is cut short, or of another format ({}), and wants converting",
+                              name_, extension));
+  }
+
   /// The largest index that ran ahead of what was read, and where.
   struct Ahead {
     int index = -1;
