@@ -73,8 +73,8 @@ void warn_of_shared_files(const std::vector<std::filesystem::path>& paths, Termi
   for (std::size_t i = 1; i < paths.size(); ++i)
     if (std::filesystem::exists(paths[i], failure)) replaced += (replaced.empty() ? "" : ", ") + paths[i].string();
   if (!replaced.empty())
-    terminal.warning(fmt::format("{}: replaced by those of {}; another model that uses them changes with them, and a folder "
-                                 "for each result keeps them apart",
+    terminal.warning(fmt::format("{}: replaced by those of {}; another model that uses them changes with them, and a "
+                                 "folder for each result keeps them apart",
                                  replaced, paths[0].string()));
 }
 

@@ -43,9 +43,10 @@ Verb find_verb(const std::vector<Verb>& verbs, const std::string& name) {
     }
     names.push_back(verb.table.verb());
   }
-  throw InvalidInput(fmt::format("there is no verb '{}'{} ('marquetry --help' lists them)", name,
-                                 sharpens_or_smooths(name) ? ": 'filter --strength 50%' sharpens, 'filter --strength -100%' smooths"
-                                                           : did_you_mean(name, names)));
+  const std::string hint = sharpens_or_smooths(name)
+                               ? ": 'filter --strength 50%' sharpens, 'filter --strength -100%' smooths"
+                               : did_you_mean(name, names);
+  throw InvalidInput(fmt::format("there is no verb '{}'{} ('marquetry --help' lists them)", name, hint));
 }
 
 void name_options_of(const Verb& verb) {

@@ -88,10 +88,11 @@ void refuse_missing_parts(const std::map<int, Part>& parts) {
 void check_frames(const Part& part) {
   std::vector<int> found;
   for (const Json& frame : part.report["frames"]) found.push_back(frame["frame"].get<int>());
-  const std::vector<int> wanted = frames_of(part.shard, parse_frames(part.report["options"]["frames"].get<std::string>()));
+  const std::string range = part.report["options"]["frames"].get<std::string>();
+  const std::vector<int> wanted = frames_of(part.shard, parse_frames(range));
   if (found != wanted)
-    throw InvalidInput(fmt::format("{}: part {}/{} has frames {}, wanted {}: run it again", part.file, part.shard.number,
-                                   part.shard.count, found.empty() ? "none" : numbers(found), numbers(wanted)));
+    throw InvalidInput(fmt::format("{}: part {}/{} has frames {}, wanted {}: run it again", part.file,
+                                   part.shard.number, part.shard.count, found.empty() ? "none" : numbers(found), numbers(wanted)));
 }
 
 /// Files that were written are still there.
@@ -100,8 +101,8 @@ void check_outputs(const Part& part) {
     if (!frame.contains("result") || !frame["result"].is_object() || !frame["result"].contains("outputs")) continue;
     for (const Json& output : frame["result"]["outputs"])
       if (output.is_string() && !std::filesystem::exists(output.get<std::string>()))
-        throw IoError(fmt::format("{}: not there, though {} says that frame {} wrote it: run merge in the folder where the "
-                                  "parts were run, or part {}/{} again",
+        throw IoError(fmt::format("{}: not there, though {} says that frame {} wrote it: run merge in the folder "
+                                  "where the parts were run, or part {}/{} again",
                                   output.get<std::string>(), part.file, frame["frame"].get<int>(), part.shard.number,
                                   part.shard.count));
   }
@@ -152,8 +153,8 @@ Exit merge(Run& run) {
                 {"parts", parts.size()},
                 {"frames", whole["frames"].size()},
                 {"seconds", whole["seconds"]["total"]}};
-  run.print(fmt::format("{}: {} frames of {} parts are there\n", whole["verb"].get<std::string>(), whole["frames"].size(),
-                        parts.size()));
+  run.print(fmt::format("{}: {} frames of {} parts are there\n", whole["verb"].get<std::string>(),
+                        whole["frames"].size(), parts.size()));
   if (!options.has("output")) return Exit::done;
   const std::string output = options.text("output");
   run.will_write({output});
@@ -176,7 +177,8 @@ Verb merge_verb() {
              .count = Option::Count::many,
              .required = true,
              .help = "what runs with --shard wrote for --report, in any order",
-             .details = "Of the same verb, version and options, each part once. The files that they name must be there."});
+             .details = "Of the same verb, version and options, each part once. The files that they name must be "
+                        "there."});
   table.add({.name = "output",
              .letter = 'o',
              .type = Type::path,

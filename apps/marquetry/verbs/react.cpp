@@ -112,7 +112,8 @@ float most_of_second(const Substances& state) {
   return most;
 }
 
-/// Waves shorter than this many texels show the grid; where texels are stretched, and few, it is seen from the second on.
+/// Waves shorter than this many texels show the grid; where texels are stretched, and few, it is seen from the second
+/// on.
 constexpr double least_texels = 6, least_stretched_texels = 4;
 
 /// Of the surface, the part where texels are longer than this.
@@ -132,7 +133,8 @@ void warn_of_coarse_texels(Run& run, const TexturedModel& scene, const ModelSign
                            const std::string& where) {
   const double spacing = domain.scale().texel_spacing;
   if (wave < least_texels * spacing) {
-    run.terminal().warning(fmt::format("--scale: a wave is {:.1f} texels long{}; below {:g} the grid shows in the pattern",
+    run.terminal().warning(fmt::format("--scale: a wave is {:.1f} texels long{}; below {:g} the grid shows in the "
+                                       "pattern",
                                        wave / spacing, where, least_texels));
     return;
   }
@@ -140,8 +142,9 @@ void warn_of_coarse_texels(Run& run, const TexturedModel& scene, const ModelSign
   const double coarse = atlas ? part_of_longer(scene, *atlas, wave / least_stretched_texels) : 0;
   constexpr double noticeable = 0.02;
   if (coarse > noticeable)
-    run.terminal().remark(fmt::format("on {:.0f} % of the surface texels are so long that a wave has fewer than {:g} of "
-                                      "them, and the grid shows there: take a larger --scale, a larger texture, or 'unwrap'",
+    run.terminal().remark(fmt::format("on {:.0f} % of the surface texels are so long that a wave has fewer than {:g} "
+                                      "of them, and the grid shows there: take a larger --scale, a larger texture, "
+                                      "or 'unwrap'",
                                       100 * coarse, least_stretched_texels));
 }
 

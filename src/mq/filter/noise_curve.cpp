@@ -75,7 +75,8 @@ double interpolated(const std::vector<double>& x, const std::vector<double>& y, 
   return (1 - share) * y[above - 1] + share * y[above];
 }
 
-/// Texture takes what classes beside it say, and neighbours get their geometric mean; all are the same where all is texture.
+/// Texture takes what classes beside it say, and neighbours get their geometric mean; all are the same where all is
+/// texture.
 std::vector<double> smooth_variance(const std::vector<double>& brightness, const ClassNoise& noise, double of_all) {
   std::vector<double> x, y;
   for (std::size_t k = 0; k < noise.variance.size(); ++k)
@@ -182,8 +183,8 @@ NoiseCurve noise_curve(const ChartWindows& windows, const Signal& psi, const Pro
   for (int c = 0; c < psi.cols(); ++c) {
     const NoiseBlocks& of_channel = blocks[std::size_t(c)];
     const double of_all = noise_level(of_channel);
-    const std::vector<double> variance =
-        smooth_variance(curve.brightness, noise_of(bounds, of_channel.changing), of_all * of_all);
+    const ClassNoise noise = c == 0 ? of_brightness : noise_of(bounds, of_channel.changing);
+    const std::vector<double> variance = smooth_variance(curve.brightness, noise, of_all * of_all);
     curve.deviation.col(c) = Eigen::Map<const Vector>(variance.data(), classes).cwiseSqrt();
   }
   curve.deviation = curve.deviation.cwiseMax(least_deviation * curve.deviation.maxCoeff());

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -82,8 +81,6 @@ void multiply(const Whitening::Triangle& lower, float* rows) {
     }
   }
 }
-
-constexpr float no_patch = std::numeric_limits<float>::infinity();
 
 /// One window, its values in planes and what its patches say.
 class WindowFilter {
@@ -328,7 +325,8 @@ Values pass_over(const ChartWindows& windows, const Values& noisy, const Values*
     parallel_for(
         count,
         [&](std::int64_t k) {
-          filtered[std::size_t(k)].emplace(windows.window(first + int(k), window_border), noisy, basic, noise, whitenings);
+          filtered[std::size_t(k)].emplace(windows.window(first + int(k), window_border), noisy, basic, noise,
+                                           whitenings);
         },
         1);
     for (const std::optional<WindowFilter>& window : filtered) window->add_to(change, weight);

@@ -9,8 +9,8 @@ namespace mq {
 /// Unknowns × channels, luminance first.
 using TexelValues = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Texels whose luminance surpasses that of all around them by 6 deviations of noise become the median of these, channel
-/// by channel; then once more, for those that stood beside one that was farther out. Texels with fewer than five around
+/// Texels whose luminance surpasses that of all around them by 6 deviations of noise become the median of these,
+/// channel by channel; then once more, for those that stood beside one that was farther out. Texels with fewer than five around
 /// them stay. Gives how many there were.
 int take_fireflies_off(const ChartWindows& windows, const NoiseCurve& noise, TexelValues& values);
 

@@ -108,7 +108,8 @@ const BlockValues& block_cosines() {
 }
 
 std::vector<NoiseBlocks> noise_blocks(const ChartWindows& windows, const Signal& psi, const Progress& progress) {
-  std::vector<NoiseBlocks> blocks = blocks_of(windows, psi, ChartWindows::Beyond::nothing, progress.step("in charts", 0.9));
+  std::vector<NoiseBlocks> blocks =
+      blocks_of(windows, psi, ChartWindows::Beyond::nothing, progress.step("in charts", 0.9));
   const auto few = [](const NoiseBlocks& b) { return b.changing.size() + b.constant + b.cut_off < enough_blocks; };
   if (std::ranges::any_of(blocks, few))
     blocks = blocks_of(windows, psi, ChartWindows::Beyond::seams, progress.step("over seams", 0.1));
