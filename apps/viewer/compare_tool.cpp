@@ -38,7 +38,8 @@ class CompareTool : public Tool {
 
   bool command(const std::vector<std::string>& words) override {
     if (words[0] != "with") return false;
-    const std::vector<std::string> files(words.begin() + 1, words.end());
+    std::vector<std::string> files(words.begin() + 1, words.end());
+    for (std::string& file : files) file = session_.found(file);
     const auto count = session_.scene->model.textures.size();
     require(files.size() == count,
             fmt::format("with: found {} pictures, wanted one for each of the {} textures",

@@ -35,6 +35,7 @@ class DifferenceTour {
   double fraction() const { return background_.fraction(); }
   /// "place 2 of 17: 23.1 of 255 apart"; empty: at none.
   std::string words() const;
+  bool is_at_first() const { return at_ == 0; }
   void cancel() {
     background_.cancel();
     asked_ = false;

@@ -31,6 +31,7 @@ class FilterTool : public Tool {
   void press(const Pick& pick) override;
   void drag(const Pick& pick) override;
   bool takes_mouse() const override { return true; }
+  std::string too_early() const override { return ready_ ? "" : "the brush is still being prepared: wait a moment"; }
   void release() override;
   void undo() override;
   void redo() override;

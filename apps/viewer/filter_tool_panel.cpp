@@ -20,8 +20,10 @@ void FilterTool::panel() {
   }
   brush_controls();
   strength_controls();
+  ImGui::BeginDisabled(nothing_painted());
   if (ask_to_save(session_, at_vertices() ? "model" : "texture", texture_name_))
     tried(session_, [&] { save_texture(texture_name_); });
+  ImGui::EndDisabled();
   histogram_controls();
   if (ImGui::CollapsingHeader("more")) more_controls();
 }
@@ -75,7 +77,9 @@ void FilterTool::more_controls() {
   if (ImGui::Button("everywhere")) fill(full);
   ImGui::SameLine();
   if (ImGui::Button("nowhere")) fill(0);
+  ImGui::BeginDisabled(nothing_painted());
   if (ask_to_save(session_, "mask", mask_name_)) tried(session_, [&] { save_mask(mask_name_); });
+  ImGui::EndDisabled();
   copy_button(session_, [&] { return as_command(); });
   remark(fmt::format("{} {} painted{}", painted_, paint_target_->unknowns(),
                      settled_ ? "" : ", solving"));

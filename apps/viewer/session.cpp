@@ -205,6 +205,11 @@ std::string Session::placed(const std::string& name) const {
   return name.empty() ? name : (folder / name).string();  // a whole path stays
 }
 
+std::string Session::found(const std::string& name) const {
+  const std::string beside = placed(name);
+  return !exists(name) && exists(beside) ? beside : name;
+}
+
 std::string Session::name_of(const std::string& file) const {
   if (file.empty() || folder.empty()) return file;
   const fs::path below = fs::path(file).lexically_relative(folder);

@@ -115,6 +115,8 @@ struct Session {
   std::string free_file(const std::string& name) const;
   /// The file that a person names: in `folder` unless a whole path says where.
   std::string placed(const std::string& name) const;
+  /// A file that a person names to be read: where it is found from the current folder, or else in `folder`.
+  std::string found(const std::string& name) const;
   /// And back: without `folder`.
   std::string name_of(const std::string& file) const;
 

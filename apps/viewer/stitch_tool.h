@@ -34,6 +34,10 @@ class StitchTool : public VerbTool {
   void drag(const Pick& pick) override;
   void release() override;
   bool takes_mouse() const override { return ready_ && has_photographs(); }
+  std::string too_early() const override {
+    if (takes_mouse() || !is_on_its_way()) return {};
+    return "photographs are still being read: the brush works once they are there";
+  }
   void undo() override;
   void redo() override;
   History history() const override;
@@ -73,6 +77,8 @@ class StitchTool : public VerbTool {
   bool has_photographs() const { return !options_.texts(photographs_option()).empty(); }
   bool complete() const override { return has_photographs() && VerbTool::complete(); }
   std::string missing() const override;
+  /// Several are named one after the other.
+  bool begins_by(const std::string& option) const override { return option != photographs_option(); }
   std::string work_words() const override;
   void choices();
   std::string chosen_name() const;

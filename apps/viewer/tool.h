@@ -24,6 +24,8 @@ class Tool {
   virtual void release() = 0;
   /// Whether these do something: the left button turns the model otherwise.
   virtual bool takes_mouse() const { return false; }
+  /// What the left button has to wait for, as a sentence, where it will do something soon; empty: nothing.
+  virtual std::string too_early() const { return {}; }
   /// Takes the last stroke back, and does it again.
   virtual void undo() {}
   virtual void redo() {}

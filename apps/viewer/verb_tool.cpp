@@ -128,8 +128,9 @@ void VerbTool::panel() {
     if (std::ranges::count(shown, option) > 0) edit_option(option);
   begin_controls();
   stage_controls();
-  if (!failure_.empty()) remark("What is shown has other options: " + failure_);
-  if (has_run_) {
+  if (!failure_.empty())
+    remark((has_result() ? "What is shown has other options: " : "It could not be made: ") + failure_);
+  if (has_result()) {
     if (ask_to_save(session_, at_vertices_ ? "model" : "texture", texture_name_))
       tried(session_, [&] { save(texture_name_); });
   }
@@ -176,11 +177,18 @@ void VerbTool::change(const std::string& name, const std::vector<std::string>& v
   if (values.empty())
     changed.reset(name);
   else
-    changed.set(name, values);
+    changed.set(name, as_found(name, values));
   require_keeps(changed);
   options_ = changed;
   failure_.clear();
-  make_again();
+  if (has_run_ || begins_by(name)) make_again();
+}
+
+/// Files that are not where the program was started are those beside the model.
+std::vector<std::string> VerbTool::as_found(const std::string& option, std::vector<std::string> values) const {
+  if (options_.table().find(option).type == Option::Type::path)
+    for (std::string& file : values) file = session_.found(file);
+  return values;
 }
 
 bool VerbTool::complete() const {
@@ -204,6 +212,7 @@ bool VerbTool::command(const std::vector<std::string>& words) {
       change(words[1], {});
     else
       change(words[1], {words.begin() + 2, words.end()});
+    make_again();
   } else if (words[0] == "run") {
     run();
   } else if (words[0] == "stage") {

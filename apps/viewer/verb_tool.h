@@ -77,6 +77,8 @@ class VerbTool : public Tool {
   virtual bool complete() const;
   /// Throws `InvalidInput` where it is not.
   void require_complete() const;
+  /// Whether work begins when this option is changed, before it has begun once.
+  virtual bool begins_by(const std::string&) const { return true; }
   /// What is still wanted of the person, as a sentence; empty: nothing that needs to be said.
   virtual std::string missing() const { return {}; }
   /// What goes on while `make` does, as a person calls it.
@@ -116,6 +118,12 @@ class VerbTool : public Tool {
   void refuse_as_the_verb() const;
   std::vector<std::string> shown_options() const;
   std::string in_force(const std::string& option) const;
+  std::vector<std::string> as_found(const std::string& option, std::vector<std::string> values) const;
+  /// Whether there is something to be saved.
+  bool has_result() const {
+    const std::lock_guard lock(stages_mutex_);
+    return has_run_ && !stages_.empty();
+  }
 
   std::string verb_;
   bool at_vertices_ = false;

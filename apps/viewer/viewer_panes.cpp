@@ -106,10 +106,13 @@ void Viewer::use_surface_mouse() {
   if (ImGui::IsItemClicked(0)) {
     const bool on_wipe = session_.look.wipe >= 0 && std::abs(mouse.x - wipe) < scaled(5);
     const bool in_hand = tool_ && tool_->takes_mouse() && task_of(tool_name_) == task_;
-    dragging_ = on_wipe            ? Dragging::wiping
-                : io.KeyShift      ? Dragging::moving
-                : in_hand && pick_ ? Dragging::working
-                                   : Dragging::turning;
+    const std::string too_early = tool_ && task_of(tool_name_) == task_ && pick_ ? tool_->too_early() : "";
+    dragging_ = on_wipe              ? Dragging::wiping
+                : io.KeyShift        ? Dragging::moving
+                : !too_early.empty() ? Dragging::nothing
+                : in_hand && pick_   ? Dragging::working
+                                     : Dragging::turning;
+    if (dragging_ == Dragging::nothing) session_.say(too_early);
     if (dragging_ == Dragging::working) {
       const Pick pressed = trail_.empty() ? pick_ : pick_at(trail_.front());
       worked_at_ = trail_.empty() ? Display::Point{io.MousePos.x, io.MousePos.y} : trail_.front();

@@ -160,6 +160,7 @@ void Viewer::look_at_difference() {
 void Viewer::take_difference() {
   const auto stop = tour_.arrived(up_);
   if (!stop) return;
+  if (session_.look.wipe < 0 && tour_.is_at_first()) session_.look.wipe = 0.5;  // both are to be seen
   session_.camera.look_from(stop->view);
   const DifferencePlace& place = stop->place;
   const double zoom = std::min(atlas_at_.width, atlas_at_.height) * session_.scene->atlas->texel_spacing() /

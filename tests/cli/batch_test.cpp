@@ -150,7 +150,7 @@ TEST(Batch, HasAReportOfWhatWasDoneWhereItStops) {
 
 TEST(Batch, ReplacesNothingThatItWrote) {
   const Jobs folder(
-      R"([["filter", "strip.obj", "--beta", "2", "-o", "v/a.obj"], ["filter", "strip.obj", "--beta", "3", "-o", "v/b.obj"],
+      R"([["filter", "strip.obj", "--beta", "2", "-o", "v/a.obj"], ["filter", "strip.obj", "--beta", "3", "-o", "v/a.png"],
     ["filter", "strip.obj", "--beta", "3", "-o", "c.png"], ["filter", "strip.obj", "--beta", "0", "-o", "c.png", "--overwrite"]])");
   std::filesystem::create_directory(folder / "v");
   for (const bool dry : {true, false}) {
@@ -158,8 +158,8 @@ TEST(Batch, ReplacesNothingThatItWrote) {
     if (dry) words.emplace_back("--dry-run");
     const Result result = marquetry(folder, words);
     EXPECT_EQ(result.status, 2);
-    EXPECT_THAT(result.error, HasSubstr("job 2: v/strip.png: job 1 writes it too"));
-    EXPECT_FALSE(is_there(folder, "v/b.obj"));
+    EXPECT_THAT(result.error, HasSubstr("job 2: v/a.png: job 1 writes it too"));
+    EXPECT_EQ(is_there(folder, "v/a.png"), !dry);
     EXPECT_EQ(is_there(folder, "c.png"), !dry);
   }
   EXPECT_EQ(nlohmann::json::parse(file_bytes(folder / "r.json")).at("result").at("failed"), 1);

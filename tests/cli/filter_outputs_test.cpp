@@ -124,7 +124,9 @@ TEST(FilterOutputs, NameWhatAnObjWritesBesideIt) {
   EXPECT_THAT(outputs({"filter", "strip.obj", "--beta", "2", "-o", "new.obj", "--json"}),
               UnorderedElementsAre("new.obj", "new.png", "new.mtl"));
   EXPECT_THAT(outputs({"filter", "strip.obj", "--beta", "2", "-o", "out/far.obj", "--json"}),
-              UnorderedElementsAre("out/far.obj", "out/strip.png", "out/strip.mtl"));
+              UnorderedElementsAre("out/far.obj", "out/far.png", "out/far.mtl"));
+  EXPECT_THAT(outputs({"filter", "strip.obj", "--beta", "2", "-o", "out/strip.obj", "--json"}),
+              UnorderedElementsAre("out/strip.obj", "out/strip.png", "out/strip.mtl"));
   EXPECT_THAT(outputs({"filter", "strip.obj", "--geometry", "--beta", "2", "-o", "near.obj", "--json"}),
               UnorderedElementsAre("near.obj"));
   for (const char* name : {"out/far.obj", "out/strip.png", "out/strip.mtl"}) std::filesystem::remove(folder / name);

@@ -158,7 +158,7 @@ TEST(Tasks, TakeCamerasThatAreDropped) {
                                "front", "--size", "200", "--unlit"})
                 .status,
             0);
-  const Result result = view(folder, "task photographs\ndrop front.json\nwait\n", {"sphere.obj"});
+  const Result result = view(folder, "task photographs\ndrop front.json\nrun\nwait\n", {"sphere.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   const auto tool = result.json()["result"]["tool"];
   EXPECT_EQ(tool["name"], "texture");

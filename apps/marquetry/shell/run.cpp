@@ -286,7 +286,7 @@ void add_frames_option(OptionTable& table) {
              .wanted = "the number of the part and how many there are, such as 3/16",
              .metavar = "I/N",
              .group = sequences,
-             .help = "of these frames only part I of N, for N machines",
+             .help = "run only part I of N of the frames, on one of N machines",
              .details = "'merge' puts the reports of all parts together and says what is missing.",
              .scope = Option::Scope::run});
 }

@@ -41,9 +41,10 @@ std::vector<Guide> asked_guides(const OptionValues& options, const TexturedModel
   return guides;
 }
 
-void warn_of_no_noise(Run& run) {
-  run.terminal().warning("no noise was found: a quarter of the signal and more is constant, and nothing was changed; "
-                         "--edge, such as 0.01, says what is noise");
+/// Clean textures are, and those of which a quarter and more is constant.
+void say_that_it_is_clean(Run& run) {
+  run.terminal().remark("there is no noise that can be measured, so nothing was changed; where you see some, --edge 0.01 "
+                        "smooths up to edges of that height");
 }
 
 /// What only smoothing up to edges goes by.
@@ -91,7 +92,7 @@ Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& ta
                           : found.fireflies == 1 ? ", and one firefly"
                                                  : fmt::format(", and {} fireflies", found.fireflies)));
   else
-    warn_of_no_noise(run);
+    say_that_it_is_clean(run);
   if (found.smoothed > 1)
     run.terminal().remark(fmt::format(
         "it seems that a camera or JPEG has smoothed the noise: it is {:.1f} times as strong over some texels as from "
@@ -125,7 +126,7 @@ Signal smooth_up_to_edges(Run& run, const TexturedModel& scene, const ModelSigna
     run.print(fmt::format("edges kept above {:.3g} from texel to texel, as the noise was measured (--edge)\n",
                           found.edge));
   else if (!wanted.edge)
-    warn_of_no_noise(run);
+    say_that_it_is_clean(run);
   return std::move(found.signal);
 }
 

@@ -26,7 +26,8 @@ Progress Progress::step(const std::string& name, double share) const {
   check();
   share = std::clamp(share, 0.0, 1.0 - given_);
   child.root_ = root_;
-  child.path_ = path_.empty() ? name : path_ + " / " + name;
+  const bool again = path_ == name || path_.ends_with(" / " + name);  // what it is already called
+  child.path_ = path_.empty() || again ? (again ? path_ : name) : path_ + " / " + name;
   child.begin_ = begin_ + length_ * given_;
   child.length_ = length_ * share;
   given_ += share;

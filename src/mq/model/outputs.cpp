@@ -64,6 +64,22 @@ bool joins_model(const fs::path& to, const fs::path& from) {
 
 bool is_folder(const std::string& name) { return name.ends_with('/') || fs::is_directory(name); }
 
+/// Whether changed pictures are named after the model at `to`: beside their source, which stays, and where the model has
+/// another name, so that several results share a folder. Replaced, or elsewhere under its own name, it keeps theirs.
+bool names_pictures(const fs::path& to, const fs::path& from) {
+  std::error_code ignored;
+  if (names_held(to) || names_standard_output(to) || fs::equivalent(to, from, ignored)) return false;
+  const fs::path folder = to.parent_path(), source = from.parent_path();
+  return to.stem() != from.stem() || fs::equivalent(folder.empty() ? "." : folder, source.empty() ? "." : source, ignored);
+}
+
+/// Whether a file has the bytes that another one has.
+bool is_copy(const fs::path& file, const fs::path& of) {
+  std::error_code ignored;
+  return fs::is_regular_file(file, ignored) && fs::file_size(file, ignored) == fs::file_size(of, ignored) &&
+         read_file(file) == read_file(of);
+}
+
 /// A number goes after the name of all but the first of several with one file name.
 fs::path numbered(const fs::path& own, int number) {
   if (number == 1) return own;
@@ -181,12 +197,13 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
     }
     const bool beside_source = fs::equivalent(path.parent_path() / own, texture.path, ignored) &&
                                !fs::equivalent(path, model.path, ignored);
+    const bool renamed = beside_source || (!texture.path.empty() && names_pictures(path, model.path));
     const std::string stem = path.stem().string();
     const bool leaves = made_up ? path.extension() != ".glb"
                                 : texture.path.empty() && leaves_model(path, model.path);
-    const std::string wanted = !leaves && !beside_source ? texture.name
-                               : !leaves && alone        ? stem + own.extension().string()
-                                                         : stem + "_" + own.string();
+    const std::string wanted = !leaves && !renamed ? texture.name
+                               : !leaves && alone  ? stem + own.extension().string()
+                                                   : stem + "_" + own.string();
     texture_names_.push_back(wanted);
     if (!leaves && texture.path.empty()) continue;
     paths_.push_back(free_path(paths_, wanted, [&](const fs::path& name_in_model) {
@@ -227,7 +244,7 @@ void Outputs::plan_copies(const fs::path& path, const Model& model) {
       ++i;
       if (!is_written || texture.path.empty() || texture.name.empty() || !fs::exists(texture.path, ignored)) continue;
       const fs::path to = path.parent_path() / name_beside(path.parent_path(), texture.name, texture.path);
-      if (!fs::equivalent(to, texture.path, ignored) && std::ranges::count(paths_, to) == 0) paths_.push_back(to);
+      if (!is_copy(to, texture.path) && std::ranges::count(paths_, to) == 0) paths_.push_back(to);
     }
 }
 
@@ -274,14 +291,14 @@ void Outputs::plan_others(const fs::path& path, const Model& model) {
   if (!model.document || path.extension() != model.path.extension())
     return plan_new_others(path, model);
   std::error_code ignored;
-  const bool in_place = fs::equivalent(path, model.path, ignored);
+  const bool named_after = names_pictures(path, model.path);
   const bool same_folder =
       fs::equivalent(path.parent_path().empty() ? "." : path.parent_path(),
                      model.path.parent_path().empty() ? "." : model.path.parent_path(), ignored);
   for (const Texture& texture : model.others) {
     other_names_.push_back(texture.name);
     const bool processed = is_processed(model, texture);
-    const bool renamed = processed && same_folder && !in_place;
+    const bool renamed = processed && named_after;
     const std::string wanted =
         renamed ? path.stem().string() + "_" + fs::path(texture.name).filename().string()
         : same_folder || stays_below(texture.name) ? texture.name
@@ -293,7 +310,7 @@ void Outputs::plan_others(const fs::path& path, const Model& model) {
     }
     const fs::path to = path.parent_path() / wanted;
     const bool there = fs::equivalent(to, texture.path, ignored);
-    if (!processed && (there || std::ranges::count(paths_, to) > 0)) continue;
+    if (!processed && (there || std::ranges::count(paths_, to) > 0 || is_copy(to, texture.path))) continue;
     paths_.push_back(free_path(paths_, wanted, [&](const fs::path& name_in_model) {
       other_names_.back() = name_in_model.generic_string();
       return path.parent_path() / name_in_model;

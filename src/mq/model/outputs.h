@@ -35,8 +35,8 @@ class Outputs {
   /// its pictures lie in, as they did beside the one that was read.
   std::set<std::filesystem::path> folders() const;
 
-  /// Writes the pictures, or the model. Beside its source a model's changed pictures are named after
-  /// it, since the source's stay. Returns what is worth telling.
+  /// Writes the pictures, or the model. Beside its source, whose pictures stay, and where it has another name than its
+  /// source, a model's changed pictures are named after it: results of one source share a folder. Returns what is worth telling.
   std::vector<std::string> write(Model model, const Progress& progress) const;
 
  private:
