@@ -449,6 +449,19 @@ TEST(ViewChoice, PrintIsHeldAgainstTheMeanOfWhatIsNotRejectedWhateverExposureAnd
   EXPECT_FALSE(observations.all[0].print.at(shown)) << "it is not shown";
 }
 
+/// View 1 is a fifth worse than view 0 everywhere, and rejected in the middle.
+TEST(ViewChoice, KeepsTheViewOfTheFrameBeforeWhereOthersAreHardlyBetter) {
+  const Patches patches = grid_of_patches(9, 9);
+  Observations observations = seen_by(81, std::vector<LightColour>(2, {1, 1, 1}));
+  for (Observation& o : observations.all) o.quality = o.view == 0 ? 1 : 0.8F;
+  ChooseOptions options{.smoothness = 0, .before = std::vector<int>(81, 1)};
+  EXPECT_EQ(choose_views(patches, observations, options), std::vector<int>(81, 1));
+  observations.all[2 * 40 + 1].rejected = true;
+  EXPECT_EQ(choose_views(patches, observations, options)[40], 0);
+  options.steady = 0.1;
+  EXPECT_EQ(choose_views(patches, observations, options), std::vector<int>(81, 0));
+}
+
 /// Where a surface is plain all views have the same detail, that of noise.
 TEST(ViewChoice, WhatIsBlurredIsKnownOnPlainPatchesByThoseAround) {
   const Patches patches = grid_of_patches(12, 12);

@@ -136,7 +136,7 @@ void refuse_what_does_not_fit(const OptionValues& options) {
           "--from: what is captured is written as textures, so --output says where");
   require(!options.has("from") || !options.has("paint"),
           "--paint: with --from the colours are those captured");
-  for (const char* name : {"size", "samples", "texture", "stitch"})
+  for (const char* name : {"size", "samples", "texture", "stitch", "images", "steady"})
     require(!asks_for(options, name) || options.has("from"),
             fmt::format("--{}: it is of textures, which --from makes", name));
   require(!options.has("paint") || options.has("output"),

@@ -34,6 +34,7 @@ CapturedFigures figures(const CapturedTextures::Textured& shown) {
                         .accuracy = texture.accuracy};
   if (shown.steps_were_taken_out)
     found.steps = CapturedFigures::Steps{texture.before, texture.after};
+  found.changed = shown.changed;
   return found;
 }
 

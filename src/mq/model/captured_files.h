@@ -43,6 +43,7 @@ struct CapturedFigures {
     BorderJump before, after;
   };
   std::optional<Steps> steps = {};
+  std::optional<double> changed = {};  ///< of photographs: `PhotographedFrames::changed`
 };
 
 /// Resamples the captured frames one by one and writes them to files of this name. An animation

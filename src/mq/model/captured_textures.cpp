@@ -41,11 +41,35 @@ CapturedTextures::CapturedTextures(const EvolvingReader& reader, const std::stri
                                    const std::vector<int>& frames, CapturedTextureOptions options,
                                    Messages& messages)
     : reader_(reader), frames_(frames), options_(std::move(options)), messages_(messages) {
-  const std::vector<FrameFile> files = find_frames(sequence, numbers_of(reader, frames));
+  const bool is_photographed = names_camera_frames(sequence);
+  const std::vector<int> numbers = numbers_of(reader, frames);
+  const std::vector<FrameFile> files =
+      is_photographed ? find_camera_frames(sequence, numbers) : find_frames(sequence, numbers);
+  if (is_photographed) {
+    require_atlas(reader);
+    require(options_.textures.empty(), fmt::format("{}: it is of captured meshes, and {} is photographs with cameras",
+                                                   option_name("textures"), sequence));
+    photographed_.emplace(options_.side, options_.photographs, messages);
+  }
   for (std::size_t i = 0; i < files.size(); ++i) files_[frames[i]] = files[i].path;
 }
 
+CapturedTextures::Textured CapturedTextures::photographed(int frame, const Progress& progress) {
+  const StoredFrame& stored = reader_.frames()[std::size_t(frame)];
+  const fs::path& path = files_.at(frame);
+  Textured result;
+  result.number = stored.number;
+  result.mesh = mesh_of(reader_.segment(stored.segment), reader_.positions(frame));
+  const std::vector<Photograph> photographs =
+      photographs_of_frame({stored.number, path}, photographed_->options());
+  result.texture = photographed_->texture(fmt::format("frame {} by {}", stored.number, path.string()), result.mesh,
+                                          photographs, progress);
+  result.changed = photographed_->changed();
+  return result;
+}
+
 CapturedTextures::Textured CapturedTextures::texture(int frame, const Progress& progress) {
+  if (photographed_) return photographed(frame, progress);
   Captured captured = read(frame);
   TextureFrameOptions how{
       .width = options_.side, .height = options_.side, .samples = options_.samples};

@@ -1,10 +1,11 @@
 #pragma once
-/// What captured frames show, on the evolving mesh that follows them: as textures of its atlas, or
-/// as colours at its vertices.
+/// What captured frames, or photographs of them, show on the evolving mesh that follows them: as textures of its
+/// atlas, or as colours at its vertices.
 
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "mq/io/evolving_file.h"
 #include "mq/io/model.h"
 #include "mq/model/messages.h"
+#include "mq/model/photographed_frames.h"
 #include "mq/video/texture_frame.h"
 
 namespace mq {
@@ -24,13 +26,15 @@ struct CapturedTextureOptions {
   /// Where texels come from different captured charts.
   enum class Steps { left, taken_out } steps = Steps::left;
   std::string textures = {};  ///< pictures instead of those the frames name, %04d for the number
+  PhotographedOptions photographs = {};  ///< where frames are photographs with cameras
 };
 
 class CapturedTextures {
  public:
-  /// The sequence of the frames of these indices, as `find_frames` finds it. Throws as that does,
-  /// and where the picture of a frame is not there. The reader and who hears the messages must
-  /// stay.
+  /// The sequence of the frames of these indices, as `find_frames` finds it, or photographs with cameras, as
+  /// `find_camera_frames` does (`names_camera_frames`). Throws as these do, where the picture of a frame is not there,
+  /// and `InvalidInput` where a store without an atlas is to be photographed, or with options that are of meshes. The reader
+  /// and who hears the messages must stay.
   CapturedTextures(const EvolvingReader& reader, const std::string& sequence,
                    const std::vector<int>& frames, CapturedTextureOptions options,
                    Messages& messages);
@@ -46,6 +50,7 @@ class CapturedTextures {
     bool is_light = false;    ///< values are light, else what a display is given
     Depth depth = Depth::u8;  ///< of what was captured
     bool steps_were_taken_out = false;
+    std::optional<double> changed = {};  ///< of photographs: `PhotographedFrames::changed`
   };
 
   /// Reads the frame with this index and resamples it. Throws `InvalidInput` where most of the
@@ -70,6 +75,7 @@ class CapturedTextures {
     Mesh mesh;  ///< what follows it
   };
   Captured read(int frame);
+  Textured photographed(int frame, const Progress& progress);
   void turn_back(const std::filesystem::path& path, Captured& captured);
   void require_near(int frame, const Captured& captured, double accuracy) const;
   std::vector<int> captured_charts(int frame, const Model& model) const;
@@ -81,6 +87,7 @@ class CapturedTextures {
   Messages& messages_;
   std::set<std::string> said_;  ///< kinds of defects
   Defects defects_;
+  std::optional<PhotographedFrames> photographed_;  ///< nothing where frames are meshes
 };
 
 }  // namespace mq

@@ -209,7 +209,9 @@ struct PhotographTexturing::Work {
       }
     }
     pool_details(patches, observations);
-    chosen = choose_views(patches, observations, options.choice, progress);
+    ChooseOptions choice = options.choice;
+    if (!options.before.empty()) choice.before = views_before(patches, options.before, int(photographs.size()));
+    chosen = choose_views(patches, observations, choice, progress);
   }
 
   /// The photograph as colours are taken from it, in the signal's values: at about two pixels per texel, between which

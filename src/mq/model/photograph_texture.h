@@ -49,6 +49,9 @@ struct PhotographTextureOptions {
   UnreadablePhotographs unreadable = UnreadablePhotographs::refuse;
   std::filesystem::path resume = {};  ///< a folder in which what is found of each photograph is kept
   int patch = 8;  ///< texels, the side of the squares that photographs are chosen for
+  /// Of a sequence: per unknown the photograph that it came from in the frame before, or `unseen`; patches mostly keep
+  /// theirs (`ChooseOptions::steady`). Empty: there is no frame before.
+  std::vector<int> before = {};
 };
 
 struct PhotographTexture {

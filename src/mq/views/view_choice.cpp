@@ -1,5 +1,7 @@
 #include "mq/views/view_choice.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
@@ -266,9 +268,24 @@ std::vector<float> print_deviations(std::span<const Observation> views) {
   return deviations;
 }
 
+namespace {
+
+/// Makes all views of a patch but one dearer, whose costs are the last, where that one is there and not rejected.
+void keep_to(int view, std::span<const Observation> views, float cost, std::vector<float>& costs) {
+  const auto kept = std::ranges::find(views, view, &Observation::view);
+  if (kept == views.end() || kept->rejected) return;
+  for (std::size_t k = 0; k < views.size(); ++k)
+    if (views[k].view != view) costs[costs.size() - views.size() + k] += cost;
+}
+
+}  // namespace
+
 std::vector<int> choose_views(const Patches& patches, const Observations& observations,
                               const ChooseOptions& options, const Progress& progress) {
   require(patches.count() == observations.patches(), "observations of these patches are needed");
+  require(options.before.empty() || std::ssize(options.before) == patches.count(),
+          fmt::format("a view of the frame before is wanted for each of {} patches, found {}", patches.count(),
+                      options.before.size()));
   constexpr float most_of_print = 40;  // what is torn is torn
   LabelGraph graph;
   graph.offsets = observations.offsets;
@@ -278,6 +295,7 @@ std::vector<int> choose_views(const Patches& patches, const Observations& observ
     const std::vector<float> qualities = relative_qualities(views);
     for (std::size_t k = 0; k < views.size(); ++k)
       graph.costs.push_back(1 - qualities[k] + (views[k].rejected ? float(options.rejected) : 0));
+    if (!options.before.empty()) keep_to(options.before[std::size_t(p)], views, float(options.steady), graph.costs);
     for (const float deviation : print_deviations(views)) graph.borders.push_back(std::min(float(options.print) * deviation * deviation, most_of_print));
   }
   for (const Patches::Link& link : patches.links)

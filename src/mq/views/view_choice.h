@@ -144,6 +144,8 @@ struct ChooseOptions {
                              ///< shows nothing of it rather than the best
   double rejected = 100;     ///< the cost of one that is rejected: more than all borders around it
   double print = 600;        ///< how many times as much a border costs between views of other print
+  std::vector<int> before = {};  ///< per patch the view that it had in the frame before; negative: none; empty: of all
+  double steady = 0.3;       ///< the cost of another view than that, where that shows the patch and is not rejected
 };
 
 /// How sharp each view of a patch is: its detail against that which a quarter of those that are not rejected surpass,
@@ -159,7 +161,7 @@ std::vector<float> relative_qualities(std::span<const Observation> views);
 std::vector<float> print_deviations(std::span<const Observation> views);
 
 /// Per patch the number of its observation, counted from 0 within the patch; −1 where none is left, see `reject`.
-/// Minimises Σ_p (1 − relative quality) + smoothness · Σ links where views differ · (1 + b_p + b_q) with
+/// Minimises Σ_p (1 − relative quality + steady of a view other than that of the frame before) + smoothness · Σ links where views differ · (1 + b_p + b_q) with
 /// `smooth_labels`, b = print d² on each side, at most 40, of the print deviation d of the view there: so that borders
 /// keep to places where photographs show the same ([kwatra2003graphcut]), plain ones where these are off. The square of
 /// the difference of two views is at most twice the sum of these squares, which takes no more time than one cost for

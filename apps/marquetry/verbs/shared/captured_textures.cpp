@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
+#include "mq/model/photographed_frames.h"
 #include "mq/model/stored_frames.h"
 #include "options/model_options.h"
 #include "options/video_options.h"
@@ -35,6 +36,24 @@ int texture_side(const OptionValues& options, const EvolvingReader& reader) {
   return packed_side(reader).value_or(CapturedTextureOptions().side);
 }
 
+/// How photographs are found, and how fast what was chosen of them may change.
+PhotographedOptions asked_photographs(const OptionValues& options) {
+  PhotographedOptions wanted;
+  wanted.images = options.texts("images");
+  wanted.texture.choice.steady = options.number("steady");
+  return wanted;
+}
+
+/// Throws where an option is of the other kind of frames.
+void refuse_what_is_of_others(const OptionValues& options) {
+  const bool photographs = names_camera_frames(options.text("from"));
+  const std::vector<const char*> of_meshes = {"texture", "samples", "stitch"}, of_photographs = {"images", "steady"};
+  for (const char* name : photographs ? of_meshes : of_photographs)
+    require(!asks_for(options, name),
+            photographs ? fmt::format("--{}: it is of captured meshes, and --from names photographs with cameras", name)
+                        : fmt::format("--{}: it is of photographs: --from cameras_%04d.json names their cameras", name));
+}
+
 Json steps_json(const BorderJump& jump) {
   return {{"across", jump.across}, {"within", jump.within}};
 }
@@ -45,7 +64,10 @@ Json figures_json(const CapturedFigures& shown) {
                 {texels ? "texels" : "vertices", shown.count},
                 {"unseen", shown.unseen}};
   if (texels) found["filled"] = shown.filled;
-  found["accuracy"] = shown.accuracy;
+  if (shown.changed)
+    found["changed"] = *shown.changed;
+  else
+    found["accuracy"] = shown.accuracy;
   if (shown.steps)
     found["steps"] = {{"before", steps_json(shown.steps->before)},
                       {"after", steps_json(shown.steps->after)}};
@@ -61,6 +83,7 @@ CapturedTextures captured_textures(Run& run, const EvolvingReader& reader, const
   CapturedTextureOptions how{.side = side, .samples = int(options.integer("samples"))};
   if (options.flag("stitch")) how.steps = CapturedTextureOptions::Steps::taken_out;
   if (options.has("texture")) how.textures = options.text("texture");
+  how.photographs = asked_photographs(options);
   if (const auto made_for = packed_side(reader); made_for && how.side < *made_for)
     run.terminal().warning(
         fmt::format("--size: {} texels, and the atlas was made for {}: its gutters are narrower "
@@ -90,10 +113,12 @@ void add_captured_texture_options(OptionTable& table) {
              .type = Type::path,
              .metavar = "SEQUENCE",
              .group = group,
-             .help = "the captured frames: what they show is written as textures",
+             .help = "the captured frames, or photographs of them: what they show is written as textures",
              .details = "frame_%04d.ply, or a folder, with the numbers of the evolving mesh's "
                         "frames. Without an atlas (unwrap, evolve) models get colours at "
-                        "vertices, and nothing else can be written."});
+                        "vertices, and nothing else can be written. Photographs are named by their cameras, "
+                        "cameras_%04d.json, or one file for all frames where cameras stand still: then --images "
+                        "says where those of each frame are."});
   table.add({.name = "texture",
              .type = Type::path,
              .group = group,
@@ -114,6 +139,21 @@ void add_captured_texture_options(OptionTable& table) {
              .most = 8,
              .group = group,
              .help = "per texel and direction"});
+  table.add({.name = "images",
+             .type = Type::path,
+             .count = Option::Count::many,
+             .metavar = "FOLDER",
+             .group = group,
+             .help = "folders with the photographs, %04d for the number; else beside the cameras"});
+  table.add({.name = "steady",
+             .type = Type::number,
+             .default_value = as_typed(ChooseOptions{}.steady),
+             .least = 0,
+             .most = 100,
+             .group = group,
+             .help = "more: texels keep their photograph from frame to frame; 0: each frame is chosen for by itself",
+             .details = "Cameras have the same order in all frames. 1: another one is taken where the one before shows "
+                        "nothing."});
   table.add({.name = "stitch",
              .type = Type::flag,
              .group = group,
@@ -125,7 +165,14 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
                                                   const EvolvingReader& reader,
                                                   const std::vector<int>& numbers) {
   const std::string output = options.text("output");
-  find_frames(options.text("from"), numbers);  // refused now where one is missing
+  if (names_camera_frames(options.text("from"))) {
+    require(has_atlas(reader), fmt::format("--from: photographs are projected into an atlas, and {} has no texture "
+                                           "coordinates: unwrap it first",
+                                           reader.manifest().string()));
+    find_camera_frames(options.text("from"), numbers);
+  } else {
+    find_frames(options.text("from"), numbers);  // refused now where one is missing
+  }
   require(has_atlas(reader) || !options.flag("stitch"),
           fmt::format("--stitch: it is of textures, and {} has no texture coordinates",
                       reader.manifest().string()));
@@ -134,6 +181,14 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
 
 void will_read_captured(Run& run, const std::vector<int>& numbers, const std::vector<std::filesystem::path>& outputs) {
   const OptionValues& options = run.options();
+  refuse_what_is_of_others(options);
+  if (names_camera_frames(options.text("from"))) {
+    for (const FrameFile& frame : find_camera_frames(options.text("from"), numbers)) {
+      if (!std::filesystem::is_directory(frame.path)) run.will_read(frame.path);
+      for (const Photograph& one : photographs_of_frame(frame, asked_photographs(options))) run.will_read(one.picture);
+    }
+    return;
+  }
   const std::vector<FrameFile> frames = find_frames(options.text("from"), numbers);
   for (const FrameFile& frame : frames) run.will_read(frame.path);
   const auto is_there = [](const std::filesystem::path& path) {

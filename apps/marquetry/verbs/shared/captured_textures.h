@@ -16,7 +16,7 @@ namespace mq::app {
 /// Options of other names than the library's fields have (see `Verb`).
 OptionFields captured_fields();
 
-/// Adds --from, --texture, --size and --samples.
+/// Adds --from and what is of it: --texture, --size, --samples, --stitch, --images, --steady.
 void add_captured_texture_options(OptionTable& table);
 
 /// The files that frames with these numbers make. Throws `InvalidInput` where --output cannot hold

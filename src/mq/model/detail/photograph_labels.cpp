@@ -1,8 +1,12 @@
 #include "mq/model/detail/photograph_labels.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 #include <optional>
+
+#include "mq/base/error.h"
 
 namespace mq {
 namespace {
@@ -92,6 +96,24 @@ void find_labels(const Projector& projector, const Patches& patches, const std::
     std::ranges::sort(open);
     progress.at(double(round + 1) / most_rounds);
   }
+}
+
+std::vector<int> views_before(const Patches& patches, std::span<const int> before, int photographs) {
+  require(before.size() == patches.of.size(),
+          fmt::format("a photograph of the frame before is wanted for each of {} unknowns, found {}", patches.of.size(),
+                      before.size()));
+  std::vector<int> views(std::size_t(patches.count()), unseen), times(std::size_t(photographs), 0);
+  for (int p = 0; p < patches.count(); ++p) {
+    std::ranges::fill(times, 0);
+    for (auto k = patches.offsets[std::size_t(p)]; k < patches.offsets[std::size_t(p) + 1]; ++k) {
+      const int view = before[std::size_t(patches.members[std::size_t(k)])];
+      require(view < photographs, fmt::format("found photograph {} of {} in the frame before", view, photographs));
+      if (view != unseen) ++times[std::size_t(view)];
+    }
+    const auto most = std::ranges::max_element(times);
+    if (most != times.end() && *most > 0) views[std::size_t(p)] = int(most - times.begin());
+  }
+  return views;
 }
 
 std::vector<int> beside_unseen(const Patches& patches, std::span<const int> labels) {

@@ -16,6 +16,10 @@ namespace mq {
 std::vector<std::vector<int>> views_to_ask(const Patches& patches, const Observations& observations,
                                            std::span<const int> chosen);
 
+/// Per patch the photograph of the frame before that most of its texels came from; of equals the first; `unseen` where
+/// none did. Throws `InvalidInput` where there is not a number per texel.
+std::vector<int> views_before(const Patches& patches, std::span<const int> before, int photographs);
+
 /// Gives open texels the photograph that is wanted where it shows them, else the first of those that their patch
 /// asks which does; `unseen` where none does.
 void find_labels(const Projector& projector, const Patches& patches, const std::vector<std::vector<int>>& asked,

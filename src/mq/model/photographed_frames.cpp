@@ -1,0 +1,161 @@
+#include "mq/model/photographed_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+#include "mq/base/error.h"
+#include "mq/fem/multigrid_solver.h"
+#include "mq/image/spread.h"
+#include "mq/io/file_names.h"
+#include "mq/model/model_signal.h"
+#include "mq/model/textured_model.h"
+#include "mq/video/texel_owners.h"
+
+namespace mq {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a folder of cameras has in it.
+constexpr std::array<std::string_view, 5> in_folders_of_cameras = {"transforms.json", "cameras.txt", "images.txt",
+                                                                    "cameras.bin", "sparse"};
+
+/// What files of cameras end in.
+constexpr std::array<std::string_view, 7> camera_extensions = {".json", ".out", ".xml", ".xmp", ".mvs", ".txt", ".bin"};
+
+bool holds_cameras(const fs::path& folder) {
+  return std::ranges::any_of(in_folders_of_cameras, [&](std::string_view name) {
+    std::error_code ignored;
+    return fs::exists(folder / name, ignored);
+  });
+}
+
+/// The mesh with a black picture.
+TexturedModel black_model(const std::string& name, const Mesh& mesh, int side, Messages& messages) {
+  Model model;
+  model.path = name;
+  model.mesh = mesh;
+  Texture& texture = model.textures.emplace_back();
+  texture.name = "texture.png";
+  texture.format.file_format = "png";
+  texture.pixels = Image<float>(side, side, 3);
+  TexturedModel scene =
+      textured_model(std::move(model), {.weld = {.kind = WeldOptions::Kind::none}}, messages);
+  require_usable(scene.defects(), name);
+  return scene;
+}
+
+/// Texels whose square a triangle touches, at one of `samples`² places of it.
+Image<char> touched_texels(const Mesh& mesh, int side, int samples) {
+  const TexelOwners owners(mesh, side, side, samples);
+  Image<char> inside(side, side, 1);
+  for (int row = 0; row < side * samples; ++row)
+    for (int column = 0; column < side * samples; ++column)
+      if (owners.owner(column, row).triangle >= 0 && owners.owner(column, row).distance == 0)
+        inside(column / samples, row / samples) = 1;
+  return inside;
+}
+
+/// The picture with what lies outside charts given the nearest colour, and what is to be known of it.
+TextureFrame as_frame(const TexturedModel& scene, const Texels& texels, std::span<const int> labels) {
+  TextureFrame frame;
+  frame.picture = scene.model.textures[0].pixels;
+  const int side = frame.picture.width();
+  frame.inside = touched_texels(scene.model.mesh, side, TextureFrameOptions().samples);
+  frame.texels = std::ranges::count(frame.inside.values(), 1);
+  Image<char> known(side, side, 1);
+  for (int k = 0; k < texels.size(); ++k) {
+    const Texels::Place& at = texels.places[std::size_t(k)];
+    known(at.x, at.y) = 1;
+    frame.unseen += labels[std::size_t(k)] == unseen && frame.inside(at.x, at.y);
+  }
+  frame.filled = frame.unseen;
+  spread(known, std::numeric_limits<double>::infinity(), frame.picture);
+  return frame;
+}
+
+}  // namespace
+
+bool names_camera_frames(const std::string& name) {
+  std::error_code ignored;
+  if (fs::is_directory(name, ignored)) return holds_cameras(name);
+  const std::string extension = lower_extension(fs::path(name));
+  return extension.empty() ? has_frame_place(name) : std::ranges::count(camera_extensions, extension) > 0;
+}
+
+std::vector<FrameFile> find_camera_frames(const std::string& name, const std::vector<int>& numbers) {
+  std::vector<FrameFile> files;
+  for (const int number : numbers) {
+    fs::path path = has_frame_place(name) ? frame_name(name, number) : name;
+    std::error_code ignored;
+    if (!fs::exists(path, ignored))
+      throw IoError(fmt::format("{}: the cameras of frame {} are not there", path.string(), number));
+    files.push_back({number, std::move(path)});
+  }
+  return files;
+}
+
+std::vector<Photograph> photographs_of_frame(const FrameFile& frame, const PhotographedOptions& options) {
+  CamerasOptions where;
+  for (const std::string& folder : options.images)
+    where.images.emplace_back(has_frame_place(folder) ? frame_name(folder, frame.number) : folder);
+  std::vector<Photograph> photographs = read_camera_set(frame.path, where).photographs;
+  if (photographs.empty()) throw IoError(frame.path.string() + ": it names no photograph");
+  return photographs;
+}
+
+PhotographedFrames::PhotographedFrames(int side, PhotographedOptions options, Messages& messages)
+    : side_(side), options_(std::move(options)), messages_(messages), labels_(side, side, 1) {}
+
+TextureFrame PhotographedFrames::texture(const std::string& name, const Mesh& mesh,
+                                         std::span<const Photograph> photographs, const Progress& progress) {
+  TexturedModel scene = black_model(name, mesh, side_, messages_);
+  const TextureSignal target(scene, {}, messages_, progress.step("assemble", 0.15));
+  const Texels& texels = target.space().texels();
+  PhotographTextureOptions how = options_.texture;
+  how.before = kept(texels, photographs.size());
+  const PhotographTexturing work(scene, target, photographs, how, messages_, progress.step("look", 0.4));
+  const PhotographTexture found = work.make({}, progress.step("take", 0.2));
+  require(std::ranges::any_of(found.labels, [](int label) { return label != unseen; }),
+          name + ": no photograph shows any of it: are its cameras in the same units and coordinates?");
+  const double weight = weight_from_length(usual_photograph_length, target.scale());
+  const Stitcher stitcher(target.space(), weight, found.regions, target.space().multigrid(), {},
+                          Stitcher::Systems::one_each);
+  const Filtered stitched =
+      stitcher.stitch(found.values, found.beyond, found.offset, progress.step("solve", 0.2));
+  target.put(target.values(), stitched.signal, scene.model);
+  keep(texels, found.labels, photographs.size());
+  return as_frame(scene, texels, found.labels);
+}
+
+/// Per texel the photograph that it came from in the frame before; none where that had others.
+std::vector<int> PhotographedFrames::kept(const Texels& texels, std::size_t photographs) const {
+  std::vector<int> before;
+  if (photographs_ != photographs) return before;
+  for (const Texels::Place& at : texels.places) before.push_back(labels_(at.x, at.y));
+  return before;
+}
+
+void PhotographedFrames::keep(const Texels& texels, std::span<const int> labels, std::size_t photographs) {
+  std::int64_t both = 0, other = 0;
+  Image<int> now(side_, side_, 1);
+  std::ranges::fill(now.values(), unseen);
+  for (int k = 0; k < texels.size(); ++k) {
+    const Texels::Place& at = texels.places[std::size_t(k)];
+    const int label = now(at.x, at.y) = labels[std::size_t(k)], before = labels_(at.x, at.y);
+    if (photographs_ != photographs || label == unseen || before == unseen) continue;
+    ++both;
+    other += label != before;
+  }
+  changed_ = both > 0 ? double(other) / double(both) : 0;
+  labels_ = std::move(now);
+  photographs_ = photographs;
+}
+
+}  // namespace mq
