@@ -31,6 +31,7 @@ Outputs FilterTool::outputs(const std::string& path) const {
 
 void FilterTool::save_texture(const std::string& path) {
   require_ready();
+  if (nothing_painted()) session_.say("nothing is painted: the texture is saved as it was opened");
   const Outputs outputs = this->outputs(path);
   require_other_files(outputs.paths(), mask_files_);
   session_.run.will_write(outputs.paths(), outputs.folders());

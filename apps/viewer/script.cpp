@@ -180,6 +180,11 @@ class Player {
     const bool drags = words[0] == "drag", turns = words[0] == "turn-by-mouse";
     if (words[0] != "hover" && words[0] != "click" && words[0] != "wheel" && !drags && !turns)
       return false;
+    // A person would see that it is not ready.
+    while (viewer_.tool() != nullptr && !viewer_.tool()->too_early().empty() && viewer_.tool()->busy()) {
+      frame();
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
     frame();  // panes are where they are once one was drawn
     point(words[1], words[2], words[3]);
     frame();

@@ -130,22 +130,22 @@ void VerbTool::panel() {
   stage_controls();
   if (!failure_.empty())
     remark((has_result() ? "What is shown has other options: " : "It could not be made: ") + failure_);
-  if (has_result()) {
-    if (ask_to_save(session_, at_vertices_ ? "model" : "texture", texture_name_))
-      tried(session_, [&] { save(texture_name_); });
-  }
+  ImGui::BeginDisabled(!has_result());
+  if (ask_to_save(session_, at_vertices_ ? "model" : "texture", texture_name_))
+    tried(session_, [&] { save(texture_name_); });
+  ImGui::EndDisabled();
   if (!ImGui::CollapsingHeader("more")) return;
   for (const std::string& option : shown)
     if (std::ranges::count(first, option) == 0) edit_option(option);
   copy_button(session_, [&] { return as_command(); });
 }
 
-/// Dim while something is missing that only the person has.
+/// Dim while something is missing that only the person has, and once it has begun: what is below stays where it is.
 void VerbTool::begin_controls() {
-  const bool can = complete(), was_stopped = has_run_ && stale_ && stopped_ && can;
-  if (busy() || (has_run_ && !was_stopped) || (!can && missing().empty())) return;
+  const bool can = complete(), was_stopped = has_run_ && stale_ && stopped_ && can && !busy();
+  if (!can && missing().empty()) return;
   if (was_stopped) remark("It was stopped: what is shown is as it was before.");
-  ImGui::BeginDisabled(!can);
+  ImGui::BeginDisabled(!can || busy() || (has_run_ && !was_stopped));
   if (ImGui::Button(was_stopped ? "go on" : run_words(name()).c_str(), {-1, 0})) tried(session_, [&] { run(); });
   ImGui::EndDisabled();
   if (!can) remark(missing());
@@ -428,9 +428,12 @@ void VerbTool::stage_controls() {
     count = int(stages_.size());
     if (stage < count) name = stages_[stage_].name;
   }
-  if (count < 2) return;
+  has_had_stages_ = has_had_stages_ || count > 1;
+  if (!has_had_stages_) return;
+  ImGui::BeginDisabled(count < 2);
   const bool moved = ImGui::SliderInt("on the way", &stage, 0, std::max(1, count - 1), name.c_str(),
                                       ImGuiSliderFlags_AlwaysClamp);
+  ImGui::EndDisabled();
   if (ImGui::IsItemHovered() && !ImGui::IsItemActive())
     ImGui::SetTooltip("what was shown on the way to the result, which is on the right");
   if (moved && stage < count) choose_stage(std::size_t(stage));

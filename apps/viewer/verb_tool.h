@@ -156,6 +156,7 @@ class VerbTool : public Tool {
   std::size_t newest_ = 0;     ///< guarded
   std::size_t stage_ = 0;
   bool at_newest_ = true;  ///< what is newest is shown
+  bool has_had_stages_ = false;  ///< more than one: their row stays, dim while there are no others
   int largest_side_ = TextureSet::largest_side();
   std::string texture_name_ = "out.png";
 

@@ -154,6 +154,7 @@ void Viewer::difference_controls() {
 }
 
 void Viewer::look_at_difference() {
+  require(tool_name_ != "compare" || session_.result, "no other texture is loaded to compare with");
   tour_.next({double(session_.results), double(uploads_), double(session_.openings)});
 }
 

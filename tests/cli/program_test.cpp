@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 #include <sstream>
 
@@ -25,11 +26,18 @@ TEST(Program, SaysItsVersion) {
 
 TEST(Program, ListsItsVerbs) {
   for (const std::vector<std::string>& words :
-       {std::vector<std::string>{}, {"--help"}, {"-h"}, {"help"}}) {
+       {std::vector<std::string>{"--help"}, {"-h"}, {"help"}}) {
     const Result result = marquetry({}, words);
     EXPECT_EQ(result.status, 0);
     EXPECT_THAT(result.output, HasSubstr("usage: marquetry VERB"));
   }
+}
+
+TEST(Program, BeginsWithAFewLines) {
+  const Result result = marquetry({}, {});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_THAT(result.output, HasSubstr("marquetry help"));
+  EXPECT_LE(std::ranges::count(result.output, '\n'), 12);
 }
 
 TEST(Program, RefusesAnUnknownVerb) {

@@ -168,12 +168,12 @@ bool at_vertices(const OptionValues& options, const TexturedModel& model) {
   const bool asked = options.flag("vertices");
   if (!asked && model.atlas) return false;
   const std::string file = model.model.path.string();
+  const bool has_shapes = std::ranges::count(options.table().options(), "geometry", &Option::name) > 0;
   require(model.model.colors.channels > 0,
           asked ? file + ": has no colours at its vertices (--vertices)"
-                : file +
-                      ": has neither texture coordinates nor colours at its vertices: there is "
-                      "nothing to " +
-                      options.table().verb());
+                : fmt::format("{}: has neither texture coordinates nor colours at its vertices: there is nothing to {}; "
+                              "'marquetry unwrap' gives it texture coordinates, 'marquetry texture' colours of photographs{}",
+                              file, options.table().verb(), has_shapes ? ", and --geometry works on its shape" : ""));
   require(options.text("space") == "stored",
           file +
               ": has no texture coordinates; --space is for textures, not for colours at "

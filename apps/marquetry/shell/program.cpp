@@ -43,6 +43,18 @@ std::string overview(const std::vector<Verb>& verbs) {
          "'marquetry help VERB' leaves out what verbs share, which 'marquetry help options' has.\n";
 }
 
+/// What is said to who gives no word at all.
+std::string introduction() {
+  return "Signal processing on textured triangle meshes.\n\n"
+         "  marquetry sample bust -o bust/                        a textured model to try things on\n"
+         "  marquetry inspect bust/bust.obj                       what a model is\n"
+         "  marquetry filter bust/bust.obj -o clear.obj --strength 50%\n"
+         "                                                        its detail brought out\n"
+         "  marquetry stitch scan.obj -o stitched.obj             steps between photographs taken out\n"
+         "  marquetry view clear.obj                              a window to look and to paint in\n\n"
+         "'marquetry help' lists all verbs, 'marquetry VERB -h' says what one does.\n";
+}
+
 /// What the words ask to be told, if they do; looked for before anything can be wrong with them.
 std::optional<HelpDetail> help_wanted(const std::vector<std::string>& words) {
   const auto end = std::ranges::find(words, "--");
@@ -134,7 +146,11 @@ std::string help_of(const std::vector<Verb>& verbs, const std::vector<std::strin
 
 Exit run_words(const std::vector<Verb>& verbs, const std::vector<std::string>& words,
                Terminal& terminal) {
-  if (words.empty() || words[0] == "--help" || words[0] == "-h") {
+  if (words.empty()) {
+    print_text(introduction());
+    return Exit::done;
+  }
+  if (words[0] == "--help" || words[0] == "-h") {
     print_text(overview(verbs));
     return Exit::done;
   }

@@ -65,17 +65,16 @@ void Run::MadeFolders::make(const std::filesystem::path& folder) {
 
 namespace {
 
-/// A new model whose pictures or materials have the names of files that are there: another model may show those.
-void warn_of_shared_files(const std::vector<std::filesystem::path>& paths, Terminal& terminal) {
+/// Throws where a new model would come with pictures or materials whose names nobody gave, and that are there: another
+/// model may show them.
+void protect_unnamed(const std::vector<std::filesystem::path>& paths) {
   std::error_code failure;
   if (paths.empty() || !names_model(paths[0]) || std::filesystem::exists(paths[0], failure)) return;
-  std::string replaced;
   for (std::size_t i = 1; i < paths.size(); ++i)
-    if (std::filesystem::exists(paths[i], failure)) replaced += (replaced.empty() ? "" : ", ") + paths[i].string();
-  if (!replaced.empty())
-    terminal.warning(fmt::format("{}: replaced by those of {}; another model that uses them changes with them, and a "
-                                 "folder for each result keeps them apart",
-                                 replaced, paths[0].string()));
+    if (std::filesystem::exists(paths[i], failure))
+      throw IoError(fmt::format("{0}: exists already, and the new {1} would replace it: choose another name than {1}, or "
+                                "replace it with --overwrite",
+                                paths[i].string(), paths[0].string()));
 }
 
 }  // namespace
@@ -104,7 +103,7 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
           fmt::format("{}: exists already, and --no-clobber protects it: choose another "
                       "name, or remove it first",
                       path.string()));
-  if (!options_.flag("overwrite")) warn_of_shared_files(paths, terminal_);
+  if (!options_.flag("overwrite")) protect_unnamed(paths);
   using Replacing = OutputLedger::Replacing;
   if (OutputLedger* ledger = OutputLedger::current())
     ledger->enter(paths, options_.flag("overwrite") ? Replacing::allowed : Replacing::refused);
@@ -163,10 +162,15 @@ std::vector<std::string> Run::texture_names() const {
 }
 
 void Run::warn(const Defects& found_defects) {
+  constexpr std::ptrdiff_t most = 3;  // lines that are read
   const auto serious = [](const Defect& defect) { return defect.severity == Defect::Severity::warning; };
+  const std::ptrdiff_t count = std::ranges::count_if(found_defects, serious), told = count > most ? most - 1 : count;
+  std::ptrdiff_t said = 0;
   for (const Defect& defect : found_defects)
-    if (serious(defect)) terminal_.warning(short_sentence(defect));
-  if (!std::ranges::any_of(found_defects, serious) || !input.contains("files")) return;
+    if (serious(defect) && said++ < told) terminal_.warning(short_sentence(defect));
+  if (count > told)
+    terminal_.warning(fmt::format("{} other kinds of defects; the work goes on in spite of them", count - told));
+  if (count == 0 || !input.contains("files")) return;
   if (const std::string file = input["files"].front(); !names_held(file)) terminal_.point_to_check(file);
 }
 

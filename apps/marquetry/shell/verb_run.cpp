@@ -5,10 +5,13 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <thread>
 
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
+#include "mq/io/held_files.h"
+#include "mq/io/tiles.h"
 #include "mq/version.h"
 #include "shell/slot_runs.h"
 #include "verbs/shared/unwrap_evolving.h"
@@ -44,6 +47,20 @@ void check_frame_places(const OptionValues& options) {
               fmt::format("--output: with --frames the name needs a place for the number, such as "
                           "out_%04d.png; found '{}'",
                           options.text(option.name)));
+}
+
+/// Throws where what a frame works on is not there, before any of them is begun.
+void require_frames(const OptionValues& options, const std::vector<int>& frames) {
+  std::error_code ignored;
+  for (const Option& option : options.table().options())
+    if (option.place == Option::Place::positional && option.type == Option::Type::path)
+      for (const std::string& name : options.texts(option.name))
+        for (const int frame : has_frame_place(name) && !tile_name(name) ? frames : std::vector<int>())
+          if (const std::string file = frame_name(name, frame);
+              !names_held(file) && !std::filesystem::exists(file, ignored))
+            throw IoError(fmt::format("cannot read {}: frame {} of --frames is not there; check the numbers, nothing was "
+                                      "written",
+                                      file, frame));
 }
 
 /// Without --frames nothing says which number the place stands for.
@@ -88,6 +105,7 @@ VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal
   check_frame_places(options);
   std::vector<int> frames = parse_frames(options.text("frames"));
   if (options.has("shard")) frames = frames_of(*parse_shard(options.text("shard")), frames);
+  require_frames(options, frames);
   VerbOutcome all;
   Json reports = Json::array();
   for (const int frame : frames) {

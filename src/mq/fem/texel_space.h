@@ -59,7 +59,8 @@ class TexelSpace : public SignalSpace {
   };
 
   /// Surface and atlas must outlive the space. Throws `InvalidInput` when the atlas holds refused
-  /// defects (the message lists them) or nothing is left to integrate. O(texels + crossings).
+  /// defects (the message lists them) or nothing is left to integrate, and `OutOfMemory` where texels alone would take
+  /// more than there is. O(texels + crossings).
   TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSpaceOptions& options = {},
              const Progress& progress = {});
   ~TexelSpace() override;

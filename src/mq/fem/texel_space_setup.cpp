@@ -7,12 +7,23 @@
 
 #include "mq/atlas/texel_patches.h"
 #include "mq/base/error.h"
+#include "mq/base/memory.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/detail/texel_space_data.h"
 
 namespace mq {
 
+namespace {
+
+/// What texels and cells take at least, before anything is solved.
+constexpr double bytes_per_texel = 100;
+
+}  // namespace
+
 void TexelSpace::Data::integrate(const TexelSpaceOptions& options, const Progress& progress) {
+  require_memory(std::int64_t(bytes_per_texel * atlas.texel_area),
+                 fmt::format("the space of {:.3g} million texels", 1e-6 * atlas.texel_area),
+                 "take smaller pictures, or a machine with more");
   metrics = options.metrics;
   if (metrics.empty()) {
     metrics.resize(triangles());

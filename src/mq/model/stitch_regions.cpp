@@ -14,6 +14,9 @@
 namespace mq {
 namespace {
 
+/// Regions of labels; what has more colours is a picture of something else.
+constexpr std::int64_t most_regions = 4096;
+
 /// The largest value that is stored.
 double most_of(Depth depth) {
   if (depth == Depth::u8) return 255;
@@ -73,8 +76,13 @@ StitchRegions regions_of_labels(const TexturedModel& model, const TextureSignal&
                         picture.path.string(), width, height, size.width, size.height));
     pictures.push_back(picture.pixels);
   }
-  return {.values = signal.values(),
-          .labels = labels_of_pictures(texels, model.texture_sizes, pictures, unseen_pixel)};
+  StitchRegions regions{.values = signal.values(),
+                        .labels = labels_of_pictures(texels, model.texture_sizes, pictures, unseen_pixel)};
+  require(regions.count() <= most_regions,
+          fmt::format("{}: {}: found {} colours, and each would be a region (wanted {} at most): a picture of labels has "
+                      "a colour for each photograph, and no shades between them",
+                      labels[0].path.string(), option_name("labels"), regions.count(), most_regions));
+  return regions;
 }
 
 StitchRegions regions_of_photographs(std::vector<Partial> photographs,
