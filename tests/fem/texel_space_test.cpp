@@ -12,6 +12,7 @@
 #include "fem/reference_integrals.h"
 #include "fem/scaled_spectrum.h"
 #include "mq/base/error.h"
+#include "mq/base/memory.h"
 #include "mq/base/random.h"
 #include "mq/linear/direct.h"
 
@@ -54,6 +55,13 @@ TEST(TexelSpace, KnowsWhereTexelsLieFarFromTheOriginToo) {
   EXPECT_EQ(near.texels().origin.norm(), 0);
   for (int k = 0; k < near.size(); ++k)
     EXPECT_LT((far.texels().position(k) - away - near.texels().position(k)).norm(), 1e-6) << k;
+}
+
+/// A picture of one bit per pixel may say so in a few bytes.
+TEST(TexelSpace, IsRefusedWhereItsTexelsAreMoreThanMemoryHolds) {
+  const auto huge = square({}, 30000);
+  if (available_memory() > std::int64_t(80e9)) GTEST_SKIP() << "this machine has memory for 900 million texels";
+  EXPECT_THROW(TexelSpace(huge->surface, huge->atlas), OutOfMemory);
 }
 
 TEST(TexelSpace, MassSumsToTheArea) {

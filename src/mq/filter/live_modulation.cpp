@@ -81,7 +81,7 @@ struct LiveModulation::Data {
   int size() const { return int(A.rows()); }
   int parts() const { return texture.empty() ? 1 : 2; }
   Signal start() const { return psi.replicate(1, parts()); }
-  Signal right_hand_side(std::span<const int> rows) const;
+  Signal right_hand_side(std::span<const int> wanted) const;
   std::vector<int> rows_around(std::span<const int> unknowns);
   void choose_near();
   void take_right_hand_side(Eigen::Index first, Eigen::Index channels);
@@ -99,10 +99,10 @@ std::vector<int> LiveModulation::Data::rows_around(std::span<const int> unknowns
 }
 
 /// w·S_{β−1}·ψ in some rows, and the same for texture's part.
-Signal LiveModulation::Data::right_hand_side(std::span<const int> rows) const {
-  Signal result(std::ssize(rows), phi.cols());
-  result.leftCols(psi.cols()) = weight * system.stiffness_rows(rows, psi, change);
-  if (parts() == 2) result.rightCols(psi.cols()) = weight * system.stiffness_rows(rows, psi, change_of_texture);
+Signal LiveModulation::Data::right_hand_side(std::span<const int> wanted) const {
+  Signal result(std::ssize(wanted), phi.cols());
+  result.leftCols(psi.cols()) = weight * system.stiffness_rows(wanted, psi, change);
+  if (parts() == 2) result.rightCols(psi.cols()) = weight * system.stiffness_rows(wanted, psi, change_of_texture);
   return result;
 }
 
