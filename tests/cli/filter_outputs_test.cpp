@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "cli/models.h"
+#include "cli/refusal.h"
 
 namespace mq::test {
 namespace {
@@ -108,6 +109,29 @@ TEST(Filter, WritesOverNoInputUnlessAllowed) {
   EXPECT_EQ(run({"fan.ply", "-o", "fan.ply", "--overwrite"}).status, 0);
   EXPECT_EQ(run({"strip.obj", "-o", "strip.png", "--overwrite"}).status, 0);
   EXPECT_NE(file_bytes(folder / "strip.png"), picture);
+}
+
+/// The model was named, and not what comes with it.
+TEST(FilterOutputs, ReplaceNoPictureThatNobodyNamed) {
+  const Folder folder;
+  write_strip(folder);
+  write_bytes(folder / "holiday.png", "a picture");
+  std::vector<std::string> words = {"filter", "strip.obj", "--beta", "2", "-o", "holiday.obj"};
+  EXPECT_THAT(refusal(folder, words, "holiday.obj"), HasSubstr("holiday.png: exists already, and the new holiday.obj"));
+  EXPECT_EQ(file_bytes(folder / "holiday.png"), "a picture");
+  words.push_back("--overwrite");
+  EXPECT_EQ(marquetry(folder, words).status, 0);
+  words.pop_back();
+  EXPECT_EQ(marquetry(folder, words).status, 0) << "that is its own picture now";
+}
+
+TEST(FilterOutputs, OfFramesAreBegunWhereAllAreThere) {
+  const Folder folder;
+  write_strip(folder);
+  std::filesystem::copy(folder / "strip.png", folder / "skin_1.png");
+  const std::string said = refusal(
+      folder, {"filter", "strip.obj", "skin_%d.png", "--beta", "2", "-o", "out_%d.png", "--frames", "1-2"}, "out_1.png");
+  EXPECT_THAT(said, HasSubstr("skin_2.png: frame 2 of --frames is not there"));
 }
 
 /// Libraries and pictures that an OBJ file brings with it are outputs as it is.

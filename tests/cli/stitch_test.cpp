@@ -305,6 +305,20 @@ TEST(Stitch, ReadsPartialTexturesAsTheModelStoresColours) {
   EXPECT_NEAR(read_texture(folder / "out.exr").pixels(16, 24, 1), linear_from_srgb(0.5), 1e-4);
 }
 
+/// By mistake the model's own texture, each of whose colours would be a region.
+TEST(Stitch, TakesNoPictureOfShadesForLabels) {
+  const Folder folder;
+  write_strip(folder, 128, 96);
+  Image<float> shades(128, 96, 3);
+  for (int y = 0; y < 96; ++y)
+    for (int x = 0; x < 128; ++x) shades(x, y, 0) = float(x) / 255, shades(x, y, 1) = float(y) / 255;
+  write_image(folder / "shades.png", shades, Depth::u8);
+  const Result result = stitch(folder, "out.png", {"--labels", "shades.png"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("a picture of labels has a colour for each photograph"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out.png"));
+}
+
 TEST(Stitch, RefusesWhatDoesNotFit) {
   const Folder folder;
   write_gains(folder, 1.5, 64, 48);

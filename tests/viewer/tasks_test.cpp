@@ -165,6 +165,27 @@ TEST(Tasks, TakeCamerasThatAreDropped) {
   EXPECT_EQ(tool["prepared"], 1);
 }
 
+TEST(Strokes, WaitForTheBrushWhereAScriptIsFast) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  const Result result = view(folder, "view front\ntask paint\nsize 20%\ndrag surface 170 210 190 230\nwait\n", {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_GT(result.json()["result"]["tool"]["painted"], 0);
+}
+
+/// As a person names them who sees only the model's folder.
+TEST(Comparing, FindsFilesBesideTheModel) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  std::filesystem::create_directory(folder / "there");
+  std::filesystem::copy(folder / "sphere.png", folder / "there/other.png");
+  for (const char* file : {"sphere.obj", "sphere.mtl", "sphere.png"})
+    std::filesystem::rename(folder / file, folder / "there" / file);
+  const Result result = view(folder, "task compare\nwith other.png\nwait\n", {"there/sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["tool"]["found"][0]["largest"], 0);
+}
+
 TEST(Strokes, AreAListThatOneGoesAlong) {
   const Folder folder;
   write_sphere(folder, "64");

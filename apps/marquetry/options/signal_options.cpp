@@ -171,8 +171,9 @@ bool at_vertices(const OptionValues& options, const TexturedModel& model) {
   const bool has_shapes = std::ranges::count(options.table().options(), "geometry", &Option::name) > 0;
   require(model.model.colors.channels > 0,
           asked ? file + ": has no colours at its vertices (--vertices)"
-                : fmt::format("{}: has neither texture coordinates nor colours at its vertices: there is nothing to {}; "
-                              "'marquetry unwrap' gives it texture coordinates, 'marquetry texture' colours of photographs{}",
+                : fmt::format("{}: has neither texture coordinates nor colours at its vertices: there is nothing to "
+                              "{}; 'marquetry unwrap' gives it texture coordinates, 'marquetry texture' colours of "
+                              "photographs{}",
                               file, options.table().verb(), has_shapes ? ", and --geometry works on its shape" : ""));
   require(options.text("space") == "stored",
           file +

@@ -72,8 +72,8 @@ void protect_unnamed(const std::vector<std::filesystem::path>& paths) {
   if (paths.empty() || !names_model(paths[0]) || std::filesystem::exists(paths[0], failure)) return;
   for (std::size_t i = 1; i < paths.size(); ++i)
     if (std::filesystem::exists(paths[i], failure))
-      throw IoError(fmt::format("{0}: exists already, and the new {1} would replace it: choose another name than {1}, or "
-                                "replace it with --overwrite",
+      throw IoError(fmt::format("{0}: exists already, and the new {1} would replace it: choose another name than {1}, "
+                                "or replace it with --overwrite",
                                 paths[i].string(), paths[0].string()));
 }
 

@@ -58,8 +58,8 @@ void require_frames(const OptionValues& options, const std::vector<int>& frames)
         for (const int frame : has_frame_place(name) && !tile_name(name) ? frames : std::vector<int>())
           if (const std::string file = frame_name(name, frame);
               !names_held(file) && !std::filesystem::exists(file, ignored))
-            throw IoError(fmt::format("cannot read {}: frame {} of --frames is not there; check the numbers, nothing was "
-                                      "written",
+            throw IoError(fmt::format("cannot read {}: frame {} of --frames is not there; check the numbers, nothing "
+                                      "was written",
                                       file, frame));
 }
 

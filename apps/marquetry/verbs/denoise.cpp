@@ -43,8 +43,8 @@ std::vector<Guide> asked_guides(const OptionValues& options, const TexturedModel
 
 /// Clean textures are, and those of which a quarter and more is constant.
 void say_that_it_is_clean(Run& run) {
-  run.terminal().remark("there is no noise that can be measured, so nothing was changed; where you see some, --edge 0.01 "
-                        "smooths up to edges of that height");
+  run.terminal().remark("there is no noise that can be measured, so nothing was changed; where you see some, --edge "
+                        "0.01 smooths up to edges of that height");
 }
 
 /// What only smoothing up to edges goes by.

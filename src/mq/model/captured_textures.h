@@ -33,8 +33,8 @@ class CapturedTextures {
  public:
   /// The sequence of the frames of these indices, as `find_frames` finds it, or photographs with cameras, as
   /// `find_camera_frames` does (`names_camera_frames`). Throws as these do, where the picture of a frame is not there,
-  /// and `InvalidInput` where a store without an atlas is to be photographed, or with options that are of meshes. The reader
-  /// and who hears the messages must stay.
+  /// and `InvalidInput` where a store without an atlas is to be photographed, or with options that are of meshes. The
+  /// reader and who hears the messages must stay.
   CapturedTextures(const EvolvingReader& reader, const std::string& sequence,
                    const std::vector<int>& frames, CapturedTextureOptions options,
                    Messages& messages);

@@ -51,7 +51,7 @@ void refuse_what_is_of_others(const OptionValues& options) {
   for (const char* name : photographs ? of_meshes : of_photographs)
     require(!asks_for(options, name),
             photographs ? fmt::format("--{}: it is of captured meshes, and --from names photographs with cameras", name)
-                        : fmt::format("--{}: it is of photographs: --from cameras_%04d.json names their cameras", name));
+                        : fmt::format("--{}: it is of photographs, --from cameras_%04d.json", name));
 }
 
 Json steps_json(const BorderJump& jump) {
