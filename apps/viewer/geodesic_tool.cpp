@@ -1,6 +1,8 @@
 // What the verb geodesic does, with its equations kept between one source and the next.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "shell/arguments.h"
@@ -72,7 +74,10 @@ class GeodesicTool : public VerbTool {
 
  private:
   void from(const Vector3& place) {
-    change("from", {fmt::format("{},{},{}", place.x(), place.y(), place.z())});
+    // To a millionth of the model, which nobody points at more closely.
+    const double size = std::sqrt(session_.scene->surface.area);
+    const int decimals = size > 0 ? std::clamp(6 - int(std::floor(std::log10(size))), 0, 17) : 6;
+    change("from", {fmt::format("{0:.{3}f},{1:.{3}f},{2:.{3}f}", place.x(), place.y(), place.z(), decimals)});
   }
 
   std::string work_words() const override { return "the distance is being calculated"; }
