@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "mq/base/error.h"
+#include "mq/mesh/geometry.h"
 #include "mq/mesh/surface.h"
 
 namespace mq {
@@ -100,6 +101,46 @@ TEST(Moving, RefusesWhatThereIsNot) {
   EXPECT_THROW(make_moving_frame("bending", 0, {.triangles = 10}), InvalidInput);
   EXPECT_THROW(make_moving_frame("bending", 0, {.light = 2}), InvalidInput);
   EXPECT_THROW(make_moving_frame("bending", 0, {.noise = -1}), InvalidInput);
+}
+
+TEST(Moving, IsOffByWhatIsAskedFor) {
+  MovingOptions off = coarse;
+  off.capture.off = 0.3;
+  const MovingFrame made = make_moving_frame("bending", 5, off),
+                    clean = make_moving_frame("bending", 5, coarse);
+  ASSERT_EQ(made.mesh.triangles, clean.mesh.triangles);
+  EXPECT_EQ(made.material, clean.material);
+  double squares = 0;
+  for (int v = 0; v < made.mesh.vertex_count(); ++v)
+    squares += (made.mesh.positions[v] - clean.mesh.positions[v]).squaredNorm();
+  const double edge = mean_edge_length(make_surface(clean.mesh));
+  // Along the normal, and a quarter of it in each of three directions.
+  const double expected = 0.3 * edge * std::sqrt(1 + 3.0 / 16);
+  EXPECT_NEAR(std::sqrt(squares / made.mesh.vertex_count()), expected, 0.03 * expected);
+  EXPECT_EQ(make_moving_frame("bending", 5, off).mesh.positions, made.mesh.positions);
+}
+
+TEST(Moving, HasHolesAndHandlesThatComeAndGo) {
+  MovingOptions flickering = coarse;
+  flickering.capture = {.holes = 1, .handles = 1};
+  for (const int frame : {3, 4}) {
+    const MovingFrame made = make_moving_frame("bending", frame, flickering);
+    const Surface surface = make_surface(made.mesh);
+    EXPECT_TRUE(surface.defects.empty());
+    EXPECT_GT(surface.boundary_edges, 5);
+    EXPECT_EQ(surface.euler_characteristic, 2 - 1 - 2);
+    EXPECT_EQ(made.material.size(), made.mesh.positions.size());
+    EXPECT_EQ(made.colors.size(), made.mesh.positions.size());
+  }
+  const auto places = [](int frame) {
+    const MovingFrame clean = make_moving_frame("bending", frame, coarse);
+    std::vector<Vector3> found;
+    for (const int v : flickering_vertices(clean.material, 1, frame, 1))
+      found.push_back(clean.material[v]);
+    return found[0];
+  };
+  EXPECT_LT((places(2) - places(3)).norm(), 0.1);
+  EXPECT_GT((places(3) - places(4)).norm(), 0.1);
 }
 
 }  // namespace

@@ -83,5 +83,18 @@ TEST(BirthShape, WantsABirthForEachTriangle) {
   EXPECT_THROW(rest_shape(mesh, Births(3)), InvalidInput);
 }
 
+TEST(WorstDistortion, IsTheStretchOfALinearMap) {
+  const Mesh rest = fixtures::flat_square(5, 0.2);
+  const auto worst = [&](double x, double y) {
+    return worst_distortion(
+        mapped(rest, [&](const Vector3& p) { return Vector3(x * p.x(), y * p.y(), p.z()); }),
+        corner_positions(rest));
+  };
+  EXPECT_NEAR(worst(1, 1), 1, 1e-12);
+  EXPECT_NEAR(worst(2, 0.5), 4, 1e-9);
+  EXPECT_NEAR(worst(3, 3), 9, 1e-9);
+  EXPECT_NEAR(worst(0.5, 0.5), 4, 1e-9);
+}
+
 }  // namespace
 }  // namespace mq::test

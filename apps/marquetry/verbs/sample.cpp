@@ -129,7 +129,10 @@ Exit sample_sequence(Run& run) {
                           .triangles = triangles > 0 ? triangles : MovingOptions().triangles,
                           .seed = std::uint64_t(options.integer("seed")),
                           .light = options.number("light"),
-                          .noise = options.number("noise")};
+                          .noise = options.number("noise"),
+                          .capture = {.off = options.number("off"),
+                                      .holes = int(options.integer("holes")),
+                                      .handles = int(options.integer("handles"))}};
   const Step step(run, "frames", 1);
   Json counts = Json::array();
   for (std::size_t f = 0; f < numbers.size(); ++f) {
@@ -152,7 +155,7 @@ Exit sample_sequence(Run& run) {
 Exit sample(Run& run) {
   const OptionValues& options = run.options();
   if (is_moving(options.text("name"))) return sample_sequence(run);
-  for (const char* name : {"frames", "period", "light", "noise"})
+  for (const char* name : {"frames", "period", "light", "noise", "off", "holes", "handles"})
     require(!asks_for(options, name),
             fmt::format("--{}: '{}' does not move", name, options.text("name")));
   const std::vector<fs::path> meshes = mesh_paths(options.text("output"), options.text("name"));
@@ -178,6 +181,62 @@ Exit sample(Run& run) {
                 {"triangles", model.mesh.triangle_count()}};
   say_written(run, files);
   return Exit::done;
+}
+
+void add_sequence_options(OptionTable& table) {
+  using Type = Option::Type;
+  Option frames = frames_option();
+  frames.default_value = "0-99";
+  frames.group = "Sequences made";
+  frames.help = "which frames of a sequence";
+  table.add(frames);
+  table.add({.name = "period",
+             .type = Type::integer,
+             .default_value = as_typed(MovingOptions{}.period),
+             .unit = "frames",
+             .least = 1,
+             .most = 1000000,
+             .group = "Sequences made",
+             .help = "how long a motion takes; then it begins again"});
+  table.add({.name = "light",
+             .type = Type::number,
+             .default_value = as_typed(MovingOptions{}.light),
+             .least = 0,
+             .most = 1,
+             .group = "Sequences made",
+             .help = "how dark a place gets that faces away from a light, which goes around in 16 "
+                     "frames"});
+  table.add({.name = "noise",
+             .type = Type::number,
+             .default_value = as_typed(MovingOptions{}.noise),
+             .least = 0,
+             .most = 1,
+             .group = "Sequences made",
+             .help = "standard deviation of noise on colours, another in every frame"});
+  table.add({.name = "off",
+             .type = Type::number,
+             .default_value = as_typed(CheapCapture{}.off),
+             .unit = "mean edges",
+             .least = 0,
+             .most = 1,
+             .group = "Sequences as a cheap capture sees them",
+             .help = "standard deviation of how far vertices are off, others in every frame",
+             .details = "Along the normals, alike within four edges as in depth maps; a quarter of "
+                        "that in any direction, each vertex by itself."});
+  table.add({.name = "holes",
+             .type = Type::integer,
+             .default_value = as_typed(CheapCapture{}.holes),
+             .least = 0,
+             .most = 1000,
+             .group = "Sequences as a cheap capture sees them",
+             .help = "in each frame, about five edges wide. Each is there for two frames."});
+  table.add({.name = "handles",
+             .type = Type::integer,
+             .default_value = as_typed(CheapCapture{}.handles),
+             .least = 0,
+             .most = 1000,
+             .group = "Sequences as a cheap capture sees them",
+             .help = "in each frame at most, six edges wide. Each is there for two frames."});
 }
 
 }  // namespace
@@ -225,34 +284,7 @@ Verb sample_verb() {
              .default_value = "8",
              .choices = {"8", "16", "half", "float"},
              .help = "bits per value; half and float write OpenEXR"});
-  Option frames = frames_option();
-  frames.default_value = "0-99";
-  frames.group = "Sequences made";
-  frames.help = "which frames of a sequence";
-  table.add(frames);
-  table.add({.name = "period",
-             .type = Type::integer,
-             .default_value = as_typed(MovingOptions{}.period),
-             .unit = "frames",
-             .least = 1,
-             .most = 1000000,
-             .group = "Sequences made",
-             .help = "how long a motion takes; then it begins again"});
-  table.add({.name = "light",
-             .type = Type::number,
-             .default_value = as_typed(MovingOptions{}.light),
-             .least = 0,
-             .most = 1,
-             .group = "Sequences made",
-             .help = "how dark a place gets that faces away from a light, which goes around in 16 "
-                     "frames"});
-  table.add({.name = "noise",
-             .type = Type::number,
-             .default_value = as_typed(MovingOptions{}.noise),
-             .least = 0,
-             .most = 1,
-             .group = "Sequences made",
-             .help = "standard deviation of noise on colours, another in every frame"});
+  add_sequence_options(table);
   return {table, sample};
 }
 

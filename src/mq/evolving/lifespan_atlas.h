@@ -67,7 +67,8 @@ struct LifespanAtlas {
 /// something new, charts are planned once more for all that is known, with what was given in the
 /// past as it was, and no more of it counting than its last frame. Where the plan lets a chart go
 /// on its triangles keep their texture coordinates, those that are left when others die too. Charts
-/// that begin with the segment are laid flat by the frames known of them and placed beside those
+/// that begin with the segment, and are discs all around which one chart goes on, are put into its hole
+/// (`filled_hole`) where they fit; the others are laid flat by the frames known of them and placed beside those
 /// that go on, at the density there is; what finds no room is halved. Where a piece of a few
 /// triangles finds none, everything is planned and packed anew (`cleared`), at the density that
 /// then fits. As long as the end is not known a sixteenth of the texture's height is left free in

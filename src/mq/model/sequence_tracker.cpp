@@ -99,8 +99,32 @@ std::unique_ptr<CapturedFrame> SequenceTracker::read(int frame, const Mesh* befo
           .truth = how.truth});
 }
 
+/// One that comes later; bad ones are left for when it is their turn.
+CapturedFrame* SequenceTracker::ahead(int frame, int after, const Mesh& before) {
+  for (int next = frame + 1; next < frames_.count(); ++next) {
+    auto place = read_ahead_.find(next);
+    if (place == read_ahead_.end()) {
+      std::unique_ptr<CapturedFrame> found;
+      try {
+        found = read(next, &before);
+      } catch (const Cancelled&) {
+        throw;
+      } catch (const OutOfMemory&) {
+        throw;
+      } catch (const Error&) {
+        if (options_.bad_frames == SequenceTrackerOptions::BadFrames::refused) return nullptr;
+      }
+      place = read_ahead_.emplace(next, std::move(found)).first;
+    }
+    if (place->second && --after == 0) return place->second.get();
+  }
+  return nullptr;
+}
+
 /// Null where it cannot be followed, and such frames are to be left out.
 std::unique_ptr<CapturedFrame> SequenceTracker::prepare(int frame) {
+  if (auto known = read_ahead_.extract(frame); !known.empty() && known.mapped())
+    return std::move(known.mapped());
   try {
     if (!follower_.follows()) return read(frame, nullptr);
     const Mesh before = follower_.mesh();
@@ -127,7 +151,11 @@ void SequenceTracker::follow(CapturedFrame& frame, const Stopwatch& watch,
   found.skipped = std::exchange(skipped_, {});
   say_defects(frame);
   if (!is_open_) open_store(frame.model().mesh);
-  if (follower_.follow(frame, store_.step(), found, progress) == TemplateFollower::Segment::begun)
+  const FrameAhead later = [&](int after, const Mesh& before) {
+    return ahead(frame.frame(), after, before);
+  };
+  if (follower_.follow(frame, later, store_.step(), found, progress) ==
+      TemplateFollower::Segment::begun)
     store_.add_segment(follower_.segment());
   found.files = frames_.files(frame.frame(), frame.model());
   found.seconds = watch.seconds();

@@ -7,9 +7,11 @@
 ///     const FollowedSequence found =
 ///         SequenceTracker(frames, store, {.follow = {.remeshing = Remeshing::parts}}).run();
 ///
-/// A frame is read, followed and stored before the next is looked at; what is needed to go on is in
-/// the store, so that a run that was stopped can be taken up.
+/// A frame is followed and stored before the next one is; where a part of it is to be replaced, a few
+/// more are read ahead, to see whether they ask for it as well. What is needed to go on is in the store,
+/// so that a run that was stopped can be taken up.
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -69,6 +71,7 @@ class SequenceTracker {
 
   std::unique_ptr<CapturedFrame> read(int frame, const Mesh* before) const;
   std::unique_ptr<CapturedFrame> prepare(int frame);
+  CapturedFrame* ahead(int frame, int after, const Mesh& before);
   void follow(CapturedFrame& frame, const Stopwatch& watch, const Progress& progress);
   void open_store(const Mesh& first);
   void say_defects(const CapturedFrame& frame);
@@ -92,6 +95,7 @@ class SequenceTracker {
   TemplateFollower follower_;
   FollowedSequence found_;
   std::vector<SkippedFrame> skipped_;  ///< since the last frame that was followed
+  std::map<int, std::unique_ptr<CapturedFrame>> read_ahead_;  ///< null: not to be followed
   std::set<std::string> said_;         ///< kinds of defects
   bool is_taken_up_ = false, is_open_ = false;
 };

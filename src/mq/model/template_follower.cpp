@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -19,10 +20,21 @@ namespace mq {
 namespace {
 
 /// Of what 95 % are to keep, how far the surfaces may be apart that are left as they are: less and
-/// less, until they keep it.
-constexpr std::array accuracies_in_within = {4.0, 2.0, 1.0, 0.5};
+/// less, until they keep it; at first two edges.
+constexpr std::array accuracies_in_within = {0.0, 4.0, 2.0, 1.0, 0.5};
+/// What 95 % are within where half of it is: of a normal distribution it is 2.9. So much of a frame being
+/// off alike is noise, up to some times what is wanted; more is a template that lost its way.
+constexpr double within_in_noise = 3, most_noise_in_within = 4;
+/// Where something passes, no smaller differences are replaced than so many times what half is within:
+/// six standard deviations.
+constexpr double least_in_noise = 9;
+/// Triangles are renewed once one is so many times as long or as large as at rest; then all that the verb
+/// remesh takes for distorted are.
+constexpr double most_distortion = 4.5;
 /// Mean edges of what is tracked, in the spacing of a graph's nodes: what a graph can follow; and
 /// shorter, so that what is replaced does not take much with it that could have stayed.
+/// Seeds of frames that are so many edges from each other are of one place.
+constexpr int near_edges = 2;
 constexpr double longest_left = 0.5, longest_remeshed = 0.3;
 
 TrackOptions track_options(const TemplateFollowerOptions& options) {
@@ -41,26 +53,54 @@ void put(const TrackedFrame& tracked, int triangles, FollowedFrame& found) {
   found.added = found.removed = 0;
 }
 
-/// Replaces what of the template does not show the frame: at first what is two edges off, and less
-/// and less where too many points are farther than wanted.
-Remeshed remeshed_within(const Surface& tracked, const TrackTarget& target,
-                         std::span<const std::array<Vector3, 3>> rest, double within,
-                         const Progress& progress) {
-  const double far = within * target.diagonal();
-  const ClosestPointFinder on_tracked(tracked.mesh);
-  const SearchedSurface from{tracked, on_tracked}, to{target.surface(), target.closest()};
-  RemeshOptions how{.farthest = farthest_in_within * far, .rest = rest};
-  Remeshed found = remesh(from, to, how, progress.step("remesh", 0.5));
-  double p95 = surface_distance(found.mesh, target).p95;
-  for (const double part : accuracies_in_within) {
-    if (p95 <= within) break;
-    how.accuracy = part * far;
-    if (how.accuracy < found.tolerance) {
-      found = remesh(from, to, how, progress.step("remesh", 0.1));
-      p95 = surface_distance(found.mesh, target).p95;
-    }
+double percentile_of(std::vector<double> values, int percent) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + std::ssize(values) * percent / 100;
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
+/// How far vertices of a frame and of what shows it are from the other one, in diagonals of the frame;
+/// those that are left do not count.
+struct Residuals {
+  std::vector<double> there, back;
+  double p95() const { return std::max(percentile_of(there, 95), percentile_of(back, 95)); }
+  double median() const { return std::max(percentile_of(there, 50), percentile_of(back, 50)); }
+};
+
+/// `left_there`: per vertex of the mesh; empty: none is left.
+Residuals residuals(const Mesh& mesh, const TrackTarget& target, const std::vector<char>& left_there,
+                    const std::vector<char>& left_back) {
+  const auto kept = [&](const std::vector<ClosestPoint>& places, const std::vector<char>& left) {
+    std::vector<double> distances;
+    for (std::size_t v = 0; v < places.size(); ++v)
+      if (left.empty() || !left[v]) distances.push_back(std::sqrt(places[v].squared_distance) / target.diagonal());
+    return distances;
+  };
+  return {kept(target.closest()(mesh.positions), left_there),
+          kept(ClosestPointFinder(mesh)(target.surface().mesh.positions), left_back)};
+}
+
+/// 95 % of what is not left are within this; `found`: the template remeshed, or nothing.
+double p95_without(const PassingPlaces& passing, const Mesh& before,
+                   const std::optional<Remeshed>& found, const TrackTarget& target) {
+  const Mesh& mesh = found ? found->mesh : before;
+  if (passing.seeds == 0) return surface_distance(mesh, target).p95;
+  std::vector<char> left = passing.of_template;
+  if (found) {
+    left.clear();
+    for (const int v : found->template_vertices) left.push_back(v >= 0 && passing.of_template[v]);
   }
-  return found;
+  return residuals(mesh, target, left, passing.of_target).p95();
+}
+
+/// Rest shapes, of what is pulled by what passes as it is now: it comes back by itself.
+std::vector<std::array<Vector3, 3>> rest_without(const PassingPlaces& passing, const Mesh& mesh,
+                                                 std::vector<std::array<Vector3, 3>> rest) {
+  for (int t = 0; t < mesh.triangle_count(); ++t)
+    if (std::ranges::any_of(mesh.triangles[t], [&](int v) { return passing.pulled[v] != 0; }))
+      for (int k = 0; k < 3; ++k) rest[t][k] = mesh.position(t, k);
+  return rest;
 }
 
 }  // namespace
@@ -89,21 +129,55 @@ const EvolvingSegment& TemplateFollower::segment() const { return template_->kno
 
 Mesh TemplateFollower::mesh() const { return mesh_of(segment(), positions_); }
 
-TemplateFollower::Segment TemplateFollower::follow(CapturedFrame& frame, double step,
-                                                   FollowedFrame& found, const Progress& progress) {
+/// The template deformed to the frame, as it was ahead of its turn or now.
+TrackedFrame TemplateFollower::track(CapturedFrame& frame, double step, const Progress& progress) {
+  if (!ahead_.empty() && ahead_.front().frame == &frame) {
+    TrackedFrame tracked = std::move(ahead_.front().tracked);
+    ahead_.pop_front();
+    return tracked;
+  }
+  ahead_.clear();
+  TrackedFrame tracked = template_->tracker.follow(positions_, previous_, frame.target(), progress);
+  tracked.distortion = distortion(template_->known, tracked.positions);
+  tracked.positions = rounded(std::move(tracked.positions), step);
+  return tracked;
+}
+
+/// The same for a frame ahead; null: there is none.
+const TemplateFollower::Tracked* TemplateFollower::track_ahead(int after, const FrameAhead& ahead,
+                                                               double step) {
+  while (std::ssize(ahead_) < after) {
+    const int count = int(ahead_.size());
+    const auto at = [&](int back) -> const std::vector<Vector3>& {  // 0: the last, 1: the one before
+      if (count > back) return ahead_[std::size_t(count - 1 - back)].tracked.positions;
+      return count == back ? positions_ : previous_;
+    };
+    CapturedFrame* frame = ahead(count + 1, mesh_of(segment(), at(0)));
+    if (frame == nullptr) return nullptr;
+    TrackedFrame tracked = template_->tracker.follow(at(0), at(1), frame->target());
+    tracked.distortion = distortion(template_->known, tracked.positions);
+    tracked.positions = rounded(std::move(tracked.positions), step);
+    Surface surface =
+        make_surface(mesh_of(segment(), tracked.positions), {.kind = WeldOptions::Kind::none});
+    ahead_.push_back({frame, std::move(tracked), std::move(surface)});
+  }
+  return &ahead_[std::size_t(after - 1)];
+}
+
+TemplateFollower::Segment TemplateFollower::follow(CapturedFrame& frame, const FrameAhead& ahead,
+                                                   double step, FollowedFrame& found,
+                                                   const Progress& progress) {
   bool begun = !follows();
   if (!begun) {
-    TrackedFrame tracked = template_->tracker.follow(positions_, previous_, frame.target(),
-                                                     progress.step("follow", 0.7));
-    tracked.distortion = distortion(template_->known, tracked.positions);
+    TrackedFrame tracked = track(frame, step, progress.step("follow", 0.7));
     begun = options_.restart && tracked.distance.p95 > *options_.restart;
     if (!begun) {
       previous_ = std::move(positions_);
       put(tracked, segment().triangle_count(), found);
-      positions_ = rounded(std::move(tracked.positions), step);
+      positions_ = std::move(tracked.positions);
       surface_ = make_surface(mesh(), {.kind = WeldOptions::Kind::none});
       if (options_.remeshing != Remeshing::none)
-        return remesh_frame(frame, step, found, progress.step("remesh", 0.3)) ? Segment::begun
+        return remesh_frame(frame, ahead, step, found, progress.step("remesh", 0.3)) ? Segment::begun
                                                                               : Segment::same;
     }
   }
@@ -124,17 +198,76 @@ void TemplateFollower::begin(CapturedFrame& frame, double step, FollowedFrame& f
   found.added = segment().triangle_count();
 }
 
+/// What is not to be replaced, as the frames after do not ask for it. Only distances ask: what is
+/// distorted is so in all frames.
+PassingPlaces TemplateFollower::passing(const SearchedSurface& from, const SearchedSurface& to,
+                                        const FrameAhead& ahead, double step, RemeshOptions how) {
+  how.rest = {};
+  const RemeshSeeds seeds = remesh_seeds(from, to, how);
+  std::vector<SeedPlaces> places;
+  const auto any = [](const std::vector<char>& all) { return std::ranges::count(all, 1) > 0; };
+  if (any(seeds.of_template) || any(seeds.of_target))
+    for (int after = 1; after <= options_.confirming_frames; ++after) {
+      const Tracked* there = track_ahead(after, ahead, step);
+      if (there == nullptr) break;
+      const TrackTarget& target = there->frame->target();
+      const ClosestPointFinder closest(there->surface.mesh);
+      places.push_back(places_of(
+          remesh_seeds({there->surface, closest}, {target.surface(), target.closest()}, how),
+          there->surface, near_edges));
+    }
+  return passing_places(seeds, from.surface, over_holes(from.surface, to.surface, to.closest),
+                        places);
+}
+
+/// Replaces what of the template does not show the frame: at first what is two edges off, and less
+/// and less where too many points are farther than wanted. Nothing: it all stays.
+std::optional<Remeshed> TemplateFollower::remeshed_within(CapturedFrame& frame,
+                                                          const FrameAhead& ahead, double step,
+                                                          const Progress& progress) {
+  const TrackTarget& target = frame.target();
+  const ClosestPointFinder on_tracked(surface_.mesh);
+  const SearchedSurface from{surface_, on_tracked}, to{target.surface(), target.closest()};
+  const double noise = residuals(surface_.mesh, target, {}, {}).median();
+  const double within = std::clamp(within_in_noise * noise, options_.within,
+                                   most_noise_in_within * options_.within);
+  const double far = within * target.diagonal();
+  RemeshOptions how{.farthest = farthest_in_within * far};
+  std::optional<Remeshed> found;
+  double tolerance = std::numeric_limits<double>::infinity();
+  for (const double part : accuracies_in_within) {
+    how.accuracy = part * far;
+    how.left_of_template = how.left_of_target = {};
+    if (how.accuracy >= tolerance) continue;
+    const PassingPlaces left = passing(from, to, ahead, step, how);
+    if (left.seeds > 0 && part > 0 && how.accuracy < least_in_noise * noise * target.diagonal())
+      break;
+    how.left_of_template = left.of_template;
+    how.left_of_target = left.of_target;
+    how.outgrown =
+        left.seeds > 0 ? RemeshOptions::Outgrown::left : RemeshOptions::Outgrown::replaced;
+    // What is a little distorted waits until something changes anyway.
+    const auto rest = rest_without(left, surface_.mesh, template_->known.rest);
+    how.rest = rest;
+    if (left.asked > 0 || worst_distortion(surface_.mesh, rest) > most_distortion) {
+      found = remesh(from, to, how, progress.step("remesh", part > 0 ? 0.1 : 0.5));
+      tolerance = found->tolerance;
+    }
+    if (p95_without(left, surface_.mesh, found, target) <= within) break;
+  }
+  return found;
+}
+
 /// Replaces what of the template does not show the frame, or all of it; whether it did.
-bool TemplateFollower::remesh_frame(CapturedFrame& frame, double step, FollowedFrame& found,
-                                    const Progress& progress) {
+bool TemplateFollower::remesh_frame(CapturedFrame& frame, const FrameAhead& ahead, double step,
+                                    FollowedFrame& found, const Progress& progress) {
   const Stopwatch watch;
-  const Remeshed remeshed =
-      remeshed_within(surface_, frame.target(), template_->known.rest, options_.within, progress);
-  const bool changes = remeshed.added > 0 || remeshed.removed > 0;
+  const std::optional<Remeshed> remeshed = remeshed_within(frame, ahead, step, progress);
+  const bool changes = remeshed && (remeshed->added > 0 || remeshed->removed > 0);
   if (changes && options_.remeshing == Remeshing::keyframes)
     begin(frame, step, found);
   else if (changes)
-    replace_parts(frame, step, remeshed, found);
+    replace_parts(frame, step, *remeshed, found);
   found.match->remesh_seconds = watch.seconds();
   measure(frame, found);
   return changes;
@@ -166,6 +299,7 @@ TrackTemplate TemplateFollower::carried_on(CapturedFrame& frame, const EvolvingS
 }
 
 void TemplateFollower::set_template(TrackTemplate next) {
+  ahead_.clear();
   positions_ = next.start;
   surface_ = make_surface(next.mesh(), {.kind = WeldOptions::Kind::none});
   template_ = std::make_unique<Template>(std::move(next), mean_edge_length(surface_),
@@ -187,6 +321,7 @@ void TemplateFollower::measure(CapturedFrame& frame, FollowedFrame& found) const
 }
 
 void TemplateFollower::take_up(std::vector<Vector3> positions, std::vector<Vector3> previous) {
+  ahead_.clear();
   positions_ = std::move(positions);
   if (!previous.empty()) previous_ = std::move(previous);
 }

@@ -1,6 +1,8 @@
 #pragma once
 /// What follows a sequence at the moment: a template, where it is, and when it is replaced.
 
+#include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -10,6 +12,7 @@
 #include "mq/io/followed_frame.h"
 #include "mq/mesh/surface.h"
 #include "mq/model/captured_frame.h"
+#include "mq/model/confirmed_changes.h"
 #include "mq/track/track_template.h"
 #include "mq/track/tracking.h"
 
@@ -31,6 +34,9 @@ struct TemplateFollowerOptions {
   double within = 0.002;
   /// The frame's own mesh is the template where 95 % are not within this; nothing: never.
   std::optional<double> restart = {};
+  /// How many frames after one must ask for a change as well, where it is made: holes and handles that
+  /// a capture shows for no longer are not followed. 0: none are read ahead.
+  int confirming_frames = 3;
   Truth truth = Truth::none;
   enum class Colours {
     left,
@@ -46,6 +52,10 @@ struct TemplateFollowerOptions {
 /// How far points may be that are the farthest, and are in flat and open places, in the distance
 /// that 95 % of them are to keep.
 inline constexpr double farthest_in_within = 5;
+
+/// The frame so many after the one that is followed, from 1 on, of those that can be; null: there is
+/// none. `before` is what follows the frame before it. Frames stay until they are followed.
+using FrameAhead = std::function<CapturedFrame*(int, const Mesh& before)>;
 
 class TemplateFollower {
  public:
@@ -64,7 +74,7 @@ class TemplateFollower {
   /// Follows the next frame, with positions that are multiples of `step`, or begins with it.
   /// Says in `found` all that it measures. Returns whether `segment` is another one now.
   enum class Segment { same, begun };
-  Segment follow(CapturedFrame& frame, double step, FollowedFrame& found,
+  Segment follow(CapturedFrame& frame, const FrameAhead& ahead, double step, FollowedFrame& found,
                  const Progress& progress = {});
 
   /// As after a frame of a store; `previous` are the positions of the frame before it in the same
@@ -79,9 +89,22 @@ class TemplateFollower {
  private:
   struct Template;
 
+  /// A frame that the template was deformed to before its turn.
+  struct Tracked {
+    CapturedFrame* frame;
+    TrackedFrame tracked;  ///< with positions as in a store
+    Surface surface;
+  };
+
   void begin(CapturedFrame& frame, double step, FollowedFrame& found);
-  bool remesh_frame(CapturedFrame& frame, double step, FollowedFrame& found,
-                    const Progress& progress);
+  TrackedFrame track(CapturedFrame& frame, double step, const Progress& progress);
+  const Tracked* track_ahead(int after, const FrameAhead& ahead, double step);
+  bool remesh_frame(CapturedFrame& frame, const FrameAhead& ahead, double step,
+                    FollowedFrame& found, const Progress& progress);
+  std::optional<Remeshed> remeshed_within(CapturedFrame& frame, const FrameAhead& ahead,
+                                          double step, const Progress& progress);
+  PassingPlaces passing(const SearchedSurface& from, const SearchedSurface& to,
+                        const FrameAhead& ahead, double step, RemeshOptions how);
   void replace_parts(CapturedFrame& frame, double step, const Remeshed& remeshed,
                      FollowedFrame& found);
   TrackTemplate carried_on(CapturedFrame& frame, const EvolvingSegment& segment,
@@ -94,6 +117,7 @@ class TemplateFollower {
   std::unique_ptr<Template> template_;
   std::vector<Vector3> positions_, previous_;
   Surface surface_;  ///< at these positions
+  std::deque<Tracked> ahead_;  ///< from the next frame on, while the template stays
   int next_vertex_ = 0, next_triangle_ = 0;
 };
 

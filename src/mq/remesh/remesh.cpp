@@ -15,10 +15,10 @@
 #include "mq/mesh/soundness.h"
 #include "mq/remesh/detail/flaws.h"
 #include "mq/remesh/detail/remesher.h"
+#include "mq/remesh/detail/seeds.h"
 
 namespace mq {
 namespace {
-
 
 void require_area(const Surface& of_template) {
   require(of_template.area > 0, "the template has no triangle with area, so nothing to keep");
@@ -38,6 +38,11 @@ void check(const Surface& of_template, const Surface& target, const RemeshOption
   require(options.retriangulated.empty() ||
               std::ssize(options.retriangulated) == of_template.triangle_count(),
           "what is renewed needs an entry per triangle of the template");
+  require((options.left_of_template.empty() ||
+           std::ssize(options.left_of_template) == of_template.mesh.vertex_count()) &&
+              (options.left_of_target.empty() ||
+               std::ssize(options.left_of_target) == target.mesh.vertex_count()),
+          "what is left needs an entry per vertex");
   require(options.growth >= 0,
           fmt::format("growth must not be negative, found {}", options.growth));
 }
@@ -63,6 +68,19 @@ Remeshed remesh(const SearchedSurface& of_template, const SearchedSurface& targe
                 const RemeshOptions& options, const Progress& progress) {
   check(of_template.surface, target.surface, options);
   return Remesher(of_template, target, options).run(progress);
+}
+
+RemeshSeeds remesh_seeds(const SearchedSurface& of_template, const SearchedSurface& target,
+                         const RemeshOptions& options, const Progress& progress) {
+  check(of_template.surface, target.surface, options);
+  SeedScores found = seed_scores(of_template, target, options, progress);
+  const auto above = [](const std::vector<double>& scores) {
+    std::vector<char> seeds;
+    for (const double s : scores) seeds.push_back(s > 1);
+    return seeds;
+  };
+  return {above(found.of_template.scores), above(found.of_target.scores),
+          std::move(found.of_target.places)};
 }
 
 Remeshed tidied(const Surface& surface, const Progress& progress) {

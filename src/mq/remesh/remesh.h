@@ -32,6 +32,14 @@ struct RemeshOptions {
   std::span<const std::array<Vector3, 3>> rest = {};
   /// Per triangle of the template 1 where it is to be replaced where it is, besides. Empty: none.
   std::span<const char> retriangulated = {};
+  /// Per vertex of either surface 1 where nothing is to begin, however far it is from the other one.
+  /// Empty: wherever it is far.
+  std::span<const char> left_of_template = {}, left_of_target = {};
+  /// What becomes of a change that takes more than `growth` of its component.
+  enum class Outgrown {
+    replaced,  ///< the component goes as a whole
+    left       ///< the change is not made, nor what is within two tolerances of it
+  } outgrown = Outgrown::replaced;
 };
 
 /// How far vertices of one surface are from another, model units.
@@ -61,6 +69,7 @@ struct Remeshed {
   int reached = 0;    ///< triangles of the template that the region reached before it grew
   int regions = 0;    ///< connected parts of what was added
   int replaced_components = 0;                          ///< of the template, whole
+  int left_outgrown = 0;                                ///< vertices of changes not made for that
   int rounds = 0;                                       ///< until all curves had partners
   double tolerance = 0;                                 ///< the one used, model units
   DistanceSummary to_target;                            ///< of the result's vertices to the target
@@ -103,6 +112,14 @@ struct SearchedSurface {
 /// call that changes little.
 Remeshed remesh(const SearchedSurface& of_template, const SearchedSurface& target,
                 const RemeshOptions& options = {}, const Progress& progress = {});
+
+/// Per vertex of either surface 1 where the other does not show it: what `remesh` begins with.
+struct RemeshSeeds {
+  std::vector<char> of_template, of_target;
+  std::vector<ClosestPoint> on_template;  ///< of the target's vertices
+};
+RemeshSeeds remesh_seeds(const SearchedSurface& of_template, const SearchedSurface& target,
+                         const RemeshOptions& options = {}, const Progress& progress = {});
 
 /// The surface with other triangles where some are thin (a height of less than a thousandth of the
 /// longest edge) or folded (`folded_triangles`), as far as edges that are flipped or collapsed and

@@ -26,6 +26,7 @@ namespace mq {
 namespace {
 
 constexpr double turn = 2 * std::numbers::pi;
+constexpr double handle_edges = 3, hole_edges = 2;  // radii
 
 /// A long body with a belly, flatter than wide, a nose on one side.
 double long_body(const Vector3& p) {
@@ -123,14 +124,19 @@ double phase(double frame, const MovingOptions& options) {
   return periods - std::floor(periods);
 }
 
-/// Where the topology is about to change, the grid may not show the one the formula says.
-Mesh mesh_at(const Motion& motion, double s, int frame, const MovingOptions& options,
-             const Progress& progress) {
+ImplicitOptions grid_of(int frame, const MovingOptions& options) {
   const Random random(options.seed, 17);
   ImplicitOptions implicit{
       .low = {-1.35, -1.35, -0.75}, .high = {1.35, 1.35, 0.75}, .triangles = options.triangles};
   for (int k = 0; k < 3; ++k)
     implicit.low[k] -= random.uniform(std::uint64_t(3 * frame + k), 0, 0.2);
+  return implicit;
+}
+
+/// Where the topology is about to change, the grid may not show the one the formula says.
+Mesh mesh_at(const Motion& motion, double s, int frame, const MovingOptions& options,
+             const Progress& progress) {
+  ImplicitOptions implicit = grid_of(frame, options);
   const auto solid = [&](const Vector3& p) { return motion.solid(p, s); };
   const std::vector<int> euler_characteristics = motion.euler_characteristics(s);
   for (const int euler : euler_characteristics) {
@@ -142,6 +148,58 @@ Mesh mesh_at(const Motion& motion, double s, int frame, const MovingOptions& opt
     }
   }
   return {};
+}
+
+/// The frame with handles where they flicker, as many of them as its grid can show.
+Mesh with_flickering_handles(const Mesh& clean, const Motion& motion, double s, int frame,
+                             const MovingOptions& options) {
+  const Surface surface = make_surface(clean);
+  const std::vector<Vector3> normals = vertex_normals(clean);
+  const double radius = handle_edges * mean_edge_length(surface);
+  std::vector<Vector3> material, places, upward;
+  for (const Vector3& p : clean.positions) material.push_back(motion.to_rest(p, s));
+  for (const int v : flickering_vertices(material, options.capture.handles, frame, options.seed + 1)) {
+    if (std::ranges::any_of(places, [&](const Vector3& p) { return (p - clean.positions[v]).norm() < 4 * radius; }))
+      continue;
+    places.push_back(clean.positions[v]), upward.push_back(normals[v]);
+  }
+  ImplicitOptions implicit = grid_of(frame, options);
+  implicit.triangles = clean.triangle_count();
+  for (; !places.empty(); places.pop_back(), upward.pop_back()) {
+    implicit.euler_characteristic = surface.euler_characteristic - 2 * int(places.size());
+    try {
+      return mesh_of_solid(with_handles([&](const Vector3& p) { return motion.solid(p, s); }, places, upward, radius),
+                           implicit);
+    } catch (const InvalidInput&) {
+    }
+  }
+  return clean;
+}
+
+/// Takes triangles out where holes flicker, and vertices that none is left at.
+void cut_holes(int frame, const MovingOptions& options, MovingFrame& made) {
+  std::vector<Vector3> places;
+  for (const int v : flickering_vertices(made.material, options.capture.holes, frame, options.seed))
+    places.push_back(made.mesh.positions[v]);
+  const double edge = mean_edge_length(make_surface(made.mesh));
+  const std::vector<char> left = left_by_holes(made.mesh, places, hole_edges * edge);
+  std::vector<int> vertex(made.mesh.positions.size(), -1);
+  MovingFrame rest;
+  for (std::size_t t = 0; t < left.size(); ++t) {
+    if (!left[t]) continue;
+    Triangle corners = made.mesh.triangles[t];
+    for (int& v : corners) {
+      if (vertex[v] < 0) {
+        vertex[v] = rest.mesh.vertex_count();
+        rest.mesh.positions.push_back(made.mesh.positions[v]);
+        rest.material.push_back(made.material[v]);
+        rest.colors.push_back(made.colors[v]);
+      }
+      v = vertex[v];
+    }
+    rest.mesh.triangles.push_back(corners);
+  }
+  made = std::move(rest);
 }
 
 /// Where a light comes from: around the axis of the body, from a little above.
@@ -189,9 +247,17 @@ MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOp
           fmt::format("light of {} and noise of {} were asked for: light is from 0 to 1, noise at "
                       "least 0",
                       options.light, options.noise));
+  const CheapCapture& capture = options.capture;
+  require(capture.off >= 0 && capture.off <= 1 && std::min(capture.holes, capture.handles) >= 0 &&
+              std::max(capture.holes, capture.handles) <= 1000,
+          fmt::format("vertices off by {} edges, {} holes and {} handles were asked for: 0 to 1, and "
+                      "0 to 1000",
+                      capture.off, capture.holes, capture.handles));
   const double s = phase(frame, options);
   MovingFrame result;
   result.mesh = mesh_at(motion, s, frame, options, progress);
+  if (capture.handles > 0)
+    result.mesh = with_flickering_handles(result.mesh, motion, s, frame, options);
   const ColorField field = colorful(0.35, options.seed);
   result.material.resize(result.mesh.positions.size());
   result.colors.resize(result.mesh.positions.size());
@@ -202,6 +268,8 @@ MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOp
   if (options.light > 0) light(result.mesh, frame, options.light, result.colors);
   if (options.noise > 0) add_noise(frame, options, result.colors);
   for (Vector3& color : result.colors) color = color.cwiseMax(0).cwiseMin(1);
+  displace(capture.off, frame, options.seed, result.mesh);
+  if (capture.holes > 0) cut_holes(frame, options, result);
   return result;
 }
 

@@ -8,6 +8,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/mesh/mesh.h"
+#include "mq/sample/cheap_capture.h"
 #include "mq/sample/sample.h"
 
 namespace mq {
@@ -25,20 +26,23 @@ struct MovingOptions {
   /// around the body in `light_period` frames: colours times 1 − light · ½(1 − ⟨n, l⟩).
   double light = 0;
   double noise = 0;  ///< standard deviation of what is added to every value of every frame
+  CheapCapture capture = {};
 };
 
 /// Frames in which a light goes around.
 inline constexpr int light_period = 16;
 
 struct MovingFrame {
-  Mesh mesh;                      ///< closed, without texture coordinates
+  Mesh mesh;                      ///< without texture coordinates; closed, but for holes asked for
   std::vector<Vector3> material;  ///< per vertex where its material is at rest
   std::vector<Vector3> colors;    ///< per vertex, 0 to 1: those of its material, lit, with noise
 };
 
 /// One frame. No two frames have a vertex or a triangle in common but by chance. Equal options give
-/// equal bits. Throws `InvalidInput` for an unknown name and for options out of range (period from
-/// 1, triangles from 500, light from 0 to 1, noise from 0).
+/// equal bits. Where vertices are off, colours and material are those of where they should be. A
+/// handle that the frame's grid cannot show is left out. Throws `InvalidInput` for an unknown name
+/// and for options out of range (period from 1, triangles from 500, light from 0 to 1, noise from 0;
+/// vertices off by 0 to 1, 0 to 1000 holes and handles).
 MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOptions& options = {},
                               const Progress& progress = {});
 

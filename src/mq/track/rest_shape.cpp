@@ -27,6 +27,16 @@ Vector3 edge(const Corners& corners, int k) {
   return corners[std::size_t((k + 1) % 3)] - corners[std::size_t(k)];
 }
 
+/// The corners 1 and 2 of a triangle, seen from corner 0, in its plane; columns.
+Eigen::Matrix2d flat_corners(const Corners& corners) {
+  const Vector3 e = edge(corners, 0), f = corners[2] - corners[0];
+  const double length = e.norm();
+  Eigen::Matrix2d columns = Eigen::Matrix2d::Zero();
+  columns(0, 0) = length;
+  if (length > 0) columns.col(1) = Vector2(e.dot(f), e.cross(f).norm()) / length;
+  return columns;
+}
+
 /// Cotangents of the angles opposite the edges, within bounds.
 Vector3 weights(const Corners& corners) {
   Vector3 result;
@@ -93,6 +103,22 @@ std::vector<Vector3> rest_shape(const Mesh& now, std::span<const Corners> rest) 
     for (int v = 0; v < now.vertex_count(); ++v) result[v] = x.row(v).transpose();
   }
   return result;
+}
+
+double worst_distortion(const Mesh& now, std::span<const std::array<Vector3, 3>> rest) {
+  require(std::ssize(rest) == now.triangle_count(),
+          "a rest shape needs the corners of every triangle");
+  double worst = 1;
+  for (int t = 0; t < now.triangle_count(); ++t) {
+    const Eigen::Matrix2d before = flat_corners(rest[t]);
+    if (!(before.determinant() > 1e-6 * before.squaredNorm())) continue;
+    const Eigen::Matrix2d after =
+        flat_corners({now.position(t, 0), now.position(t, 1), now.position(t, 2)});
+    const Eigen::Vector2d sigma = singular_values(Eigen::Matrix2d(after * before.inverse())).values;
+    const double area = sigma[0] * sigma[1];
+    worst = std::max({worst, sigma[0] / std::max(sigma[1], 1e-9), area, 1 / std::max(area, 1e-9)});
+  }
+  return worst;
 }
 
 }  // namespace mq

@@ -21,4 +21,9 @@ namespace mq {
 /// triangles.
 std::vector<Vector3> rest_shape(const Mesh& now, std::span<const std::array<Vector3, 3>> rest);
 
+/// The most that a triangle of a mesh is stretched, the larger singular value of the map from its rest
+/// shape over the smaller, or scaled, larger or smaller; 1: all are as at rest. Triangles without an area
+/// at rest do not count. Throws as `rest_shape` does.
+double worst_distortion(const Mesh& now, std::span<const std::array<Vector3, 3>> rest);
+
 }  // namespace mq

@@ -37,6 +37,10 @@ constexpr double arrived = 2e-3;
 /// Of a pair of points that do not find each other: how far apart both ways may end, in reaches
 /// and in the distance itself.
 constexpr double mutual_reaches = 2, mutual_part = 0.5;
+/// What one surface has and the other does not, such as a handle: points so many times farther from the
+/// other than the places they find there are from theirs, beyond the reach; and all that hang together
+/// with these and are farther than this part of the reach.
+constexpr double alone_times = 2, alone_part = 0.5;
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -53,6 +57,31 @@ int nearest_corner(const Mesh& mesh, const ClosestPoint& p) {
   int corner = 0;
   p.barycentric.maxCoeff(&corner);
   return mesh.triangles[p.triangle][corner];
+}
+
+/// Per vertex of a mesh 1 where the other one has nothing like it: `from` are the points of the other one
+/// nearest to its vertices, `back` those of the mesh nearest to the other's vertices.
+std::vector<char> alone(const Mesh& mesh, const std::vector<ClosestPoint>& from, const Mesh& other,
+                        const std::vector<ClosestPoint>& back, double reach) {
+  std::vector<char> found(from.size(), 0), open(from.size(), 0);
+  bool any = false;
+  for (std::size_t v = 0; v < from.size(); ++v) {
+    const double distance = std::sqrt(from[v].squared_distance);
+    open[v] = distance > alone_part * reach;
+    if (!open[v]) continue;
+    const double returned = std::sqrt(back[nearest_corner(other, from[v])].squared_distance);
+    found[v] = distance > alone_times * returned + reach;
+    any |= found[v] != 0;
+  }
+  for (bool grows = any; grows;) {
+    grows = false;
+    for (const Triangle& t : mesh.triangles) {
+      if (!found[t[0]] && !found[t[1]] && !found[t[2]]) continue;
+      for (const int v : t)
+        if (open[v] && !found[v]) found[v] = 1, grows = true;
+    }
+  }
+  return found;
 }
 
 /// A point of the template and one of the target that may be the same.
@@ -111,7 +140,9 @@ struct SurfaceTracker::State {
                  const std::vector<NodeMotion>& turned);
   void snap(const TrackTarget& target, TrackedFrame& frame, const Progress& progress);
   void add_pulls_of_target(const TrackTarget& target, const std::vector<Vector3>& normals,
-                           double width, std::vector<double>& weights, Signal& moves) const;
+                           const std::vector<ClosestPoint>& back,
+                           const std::vector<char>& left_out, double width,
+                           std::vector<double>& weights, Signal& moves) const;
   Signal screened(const std::vector<double>& weights, const Signal& moves, double alpha);
 
   TrackOptions options;
@@ -140,12 +171,15 @@ std::vector<Match> SurfaceTracker::State::matches(const TrackTarget& target) {
   const std::vector<ClosestPoint> there = target.closest()(mesh.positions);
   const std::vector<ClosestPoint> back = on_template(other.positions);
   const std::vector<double> target_shares = area_shares(other);
+  const std::vector<char> mine_alone = alone(mesh, there, other, back, reach);
+  const std::vector<char> target_alone = alone(other, back, mesh, there, reach);
   std::vector<Match> all(there.size() + back.size());
   parallel_for(std::ssize(there), [&](std::int64_t v) {
     const ClosestPoint& p = there[v];
     const Vector3 normal = normal_at(other, target.normals(), p);
     if (!(normals[v].dot(normal) > least_cosine)) return;
     const int corner = nearest_corner(other, p);
+    if (mine_alone[v] || target_alone[corner]) return;
     const Vector3 returned = point_at(mesh, back[corner]);
     const double distance = std::sqrt(p.squared_distance);
     if ((returned - mesh.positions[v]).norm() > mutual_reaches * reach + mutual_part * distance)
@@ -156,6 +190,7 @@ std::vector<Match> SurfaceTracker::State::matches(const TrackTarget& target) {
     const ClosestPoint& p = back[u];
     const Vector3 normal = normal_at(mesh, normals, p);
     if (!(normal.dot(target.normals()[u]) > least_cosine)) return;
+    if (target_alone[u]) return;
     all[std::ssize(there) + u] = {nearest_corner(mesh, p), other.positions[u] - point_at(mesh, p),
                                   target.normals()[u], target_shares[u]};
   });
@@ -320,11 +355,13 @@ Signal SurfaceTracker::State::screened(const std::vector<double>& weights, const
 /// Points of the target pull at the corner they are nearest to as well, which brings vertices onto
 /// its sharp edges. Weights grow by theirs, times their area over that of the vertex.
 void SurfaceTracker::State::add_pulls_of_target(const TrackTarget& target,
-                                                const std::vector<Vector3>& normals, double width,
-                                                std::vector<double>& weights, Signal& moves) const {
+                                                const std::vector<Vector3>& normals,
+                                                const std::vector<ClosestPoint>& back,
+                                                const std::vector<char>& left_out, double width,
+                                                std::vector<double>& weights,
+                                                Signal& moves) const {
   const Mesh &mesh = now.mesh, &other = target.surface().mesh;
   const double least_cosine = std::cos(options.most_angle * std::numbers::pi / 180);
-  const std::vector<ClosestPoint> back = ClosestPointFinder(mesh)(other.positions);
   const std::vector<double> target_shares = area_shares(other);
   for (std::size_t v = 0; v < weights.size(); ++v) moves.row(Eigen::Index(v)) *= weights[v];
   for (std::size_t u = 0; u < back.size(); ++u) {
@@ -332,7 +369,7 @@ void SurfaceTracker::State::add_pulls_of_target(const TrackTarget& target,
     const Vector3 normal = normal_at(mesh, normals, p);
     if (!(normal.dot(target.normals()[u]) > least_cosine)) continue;
     const int v = nearest_corner(mesh, p);
-    if (!(shares[v] > 0)) continue;
+    if (!(shares[v] > 0) || left_out[u]) continue;
     const double weight =
         std::exp(-p.squared_distance / (2 * width * width)) * target_shares[u] / shares[v];
     weights[v] += weight;
@@ -353,6 +390,9 @@ void SurfaceTracker::State::snap(const TrackTarget& target, TrackedFrame& frame,
     progress.at(double(pass) / double(options.snaps.size()));
     const std::vector<Vector3> normals = vertex_normals(now.mesh);
     const std::vector<ClosestPoint> there = target.closest()(now.mesh.positions);
+    const std::vector<ClosestPoint> back = ClosestPointFinder(now.mesh)(other.positions);
+    const std::vector<char> mine_alone = alone(now.mesh, there, other, back, reach);
+    const std::vector<char> target_alone = alone(other, back, now.mesh, there, reach);
     std::vector<double> distances;
     for (const ClosestPoint& p : there) distances.push_back(std::sqrt(p.squared_distance));
     const double width = std::max(4 * median(distances), edge);
@@ -361,13 +401,14 @@ void SurfaceTracker::State::snap(const TrackTarget& target, TrackedFrame& frame,
     parallel_for(n, [&](std::int64_t v) {
       const Vector3 normal = normal_at(other, target.normals(), there[v]);
       if (!(normals[v].dot(normal) > least_cosine)) return;
+      if (mine_alone[v] || target_alone[nearest_corner(other, there[v])]) return;
       weights[v] = std::exp(-there[v].squared_distance / (2 * width * width));
       const Vector3 move = point_at(other, there[v]) - now.mesh.positions[v];
       moves.row(v) = (normal * normal.dot(move)).transpose();
     });
     frame.matched = 0;
     for (int v = 0; v < n; ++v) frame.matched += shares[v] * weights[v];
-    add_pulls_of_target(target, normals, width, weights, moves);
+    add_pulls_of_target(target, normals, back, target_alone, width, weights, moves);
     const Signal u = screened(weights, moves, options.snaps[pass]);
     for (int v = 0; v < n; ++v) now.mesh.positions[v] += u.row(v).transpose();
   }

@@ -2,11 +2,14 @@
 /// An atlas that is made segment by segment, of what is known by then.
 
 #include <memory>
+#include <optional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "mq/base/progress.h"
 #include "mq/base/stopwatch.h"
+#include "mq/evolving/detail/filled_hole.h"
 #include "mq/evolving/lifespan_atlas.h"
 
 namespace mq {
@@ -38,7 +41,7 @@ class RollingAtlas {
 
   /// What was laid flat together, and which triangles it lost when.
   struct Lived {
-    int first = 0;                     ///< period
+    int first = 0;                     ///< period, of all of its triangles
     std::vector<int> triangles, last;  ///< and per triangle the last period
   };
   std::vector<Lived> lived() const;
@@ -56,7 +59,7 @@ class RollingAtlas {
     std::vector<Triangle> vertex_ids = {},
                           corners = {};  ///< per triangle; corners are indices into uvs
     std::vector<double> areas = {};      ///< per triangle, at scale 1
-    std::vector<int> last = {};          ///< per triangle, the last period it was there in
+    std::vector<int> since = {}, last = {};  ///< per triangle, the periods it was there in
     std::vector<Vector2> uvs = {};
   };
 
@@ -70,6 +73,18 @@ class RollingAtlas {
   void plan(Past past, const Progress& progress);
   void pack_all(const Progress& progress);
   bool place_new(const Progress& progress);
+  std::vector<std::pair<int, std::vector<int>>> refill(const std::vector<int>& charts,
+                                                       std::vector<std::vector<Vector2>>& taken);
+  struct HoleBorder {
+    int piece = -1, edges = 0;
+    std::unordered_map<int, int> uv_of = {};  ///< of the piece, by vertex of the segment
+  };
+  std::optional<HoleBorder> border_of(const std::vector<int>& triangles,
+                                      const std::vector<HalfEdge>& twins) const;
+  HolePatch patch_of(const std::vector<int>& triangles, const HoleBorder& border,
+                     std::vector<int>& vertices) const;
+  bool refill_hole(const std::vector<int>& triangles, const std::vector<HalfEdge>& twins,
+                   std::vector<std::vector<Vector2>>& taken);
   void settle();
   void write();
   std::vector<int> new_charts() const;

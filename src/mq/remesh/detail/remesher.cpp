@@ -11,42 +11,19 @@
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/weld.h"
 #include "mq/remesh/detail/measure.h"
-#include "mq/remesh/detail/retriangulate.h"
-#include "mq/remesh/detail/score.h"
+#include "mq/remesh/detail/seeds.h"
 
 namespace mq {
-namespace {
-
-constexpr double shown_in_tolerances = 0.2;  // or in farthest: nearer than that, renewed
-
-}  // namespace
 
 void Remesher::find_seeds(const Progress& progress) {
   Stopwatch watch;
-  const double h = mean_edge_length(template_), g = mean_edge_length(target_);
-  const double tolerance = options_.tolerance > 0 ? options_.tolerance : 2 * std::min(h, g);
-  reach_ = 2 * tolerance + 2 * (h + g);
-  const double accuracy = options_.accuracy > 0 ? options_.accuracy : tolerance;
-  const MismatchOptions how{accuracy, options_.occlusion, options_.curvature, options_.keep,
-                            options_.farthest};
-  Mismatch of_template = mismatch(template_, target_finder_, how, progress.step("template", 0.5));
-  Mismatch of_target = mismatch(target_, template_finder_, how, progress.step("target", 0.5));
-  distorted_.assign(options_.retriangulated.begin(), options_.retriangulated.end());
-  if (!options_.rest.empty()) {
-    const std::vector<char> distorted = distorted_triangles(template_.mesh, options_.rest);
-    distorted_.resize(distorted.size(), 0);
-    for (std::size_t t = 0; t < distorted.size(); ++t) distorted_[t] |= distorted[t];
-  }
+  SeedScores found =
+      seed_scores({template_, template_finder_}, {target_, target_finder_}, options_, progress);
+  const double tolerance = found.tolerance;
+  reach_ = 2 * tolerance + 2 * (mean_edge_length(template_) + mean_edge_length(target_));
+  Mismatch &of_template = found.of_template, &of_target = found.of_target;
+  distorted_ = std::move(found.distorted);
   result_.distorted = int(std::ranges::count(distorted_, char(1)));
-  const double near = shown_in_tolerances *
-                      std::min(tolerance, options_.farthest > 0 ? options_.farthest : tolerance);
-  for (std::size_t t = 0; t < distorted_.size(); ++t) {
-    const Triangle& corners = template_.mesh.triangles[t];
-    if (distorted_[t] && std::ranges::any_of(corners, [&](int v) {
-          return of_template.places[v].squared_distance > near * near;
-        }))
-      for (const int v : corners) of_template.scores[v] = std::max(of_template.scores[v], 2.0);
-  }
   const auto above = [](const std::vector<double>& scores) {
     return int(std::ranges::count_if(scores, [](double s) { return s > 1; }));
   };

@@ -52,7 +52,9 @@ class Remesher {
   std::vector<char> groups_of(const std::vector<int>& vertices) const;
   void restart_region();
   bool template_stays() const;
-  bool replace_outgrown();
+  std::vector<char> outgrown_groups() const;
+  void replace_outgrown();
+  void leave_outgrown();
   void replace(const std::vector<char>& groups);
   std::vector<double> inside_area() const;
 

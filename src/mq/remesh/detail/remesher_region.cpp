@@ -6,14 +6,41 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <map>
 
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/weld.h"
 
 namespace mq {
 namespace {
 
 constexpr int most_rounds = 60;
 constexpr double grown_farther = 0.5;  // in radii: what grows, grows by less
+
+/// Sets of points that hang together by steps of at most this.
+DisjointSets near_one_another(const std::vector<Vector3>& points, double step) {
+  using Key = std::array<long, 3>;
+  std::map<Key, std::vector<int>> cells;
+  const auto cell = [&](const Vector3& p) {
+    const Vector3 q = ((p - points[0]) / step).array().floor();
+    return Key{long(q.x()), long(q.y()), long(q.z())};
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) cells[cell(points[i])].push_back(int(i));
+  DisjointSets sets(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Key middle = cell(points[i]);
+    for (long n = 0; n < 27; ++n) {
+      const auto found =
+          cells.find({middle[0] + n % 3 - 1, middle[1] + n / 3 % 3 - 1, middle[2] + n / 9 - 1});
+      if (found == cells.end()) continue;
+      for (const int other : found->second)
+        if (other < int(i) && (points[other] - points[i]).norm() <= step)
+          sets.join(int(i), other);
+    }
+  }
+  return sets;
+}
 
 }  // namespace
 
@@ -95,8 +122,8 @@ bool Remesher::template_stays() const {
   return false;
 }
 
-/// Replaces groups that grew too much; whether there were any.
-bool Remesher::replace_outgrown() {
+/// 1 for groups that grew too much; empty where none did.
+std::vector<char> Remesher::outgrown_groups() const {
   const std::vector<double> inside = inside_area();
   std::vector<char> outgrown(replaced_.size(), 0);
   bool any = false;
@@ -104,8 +131,41 @@ bool Remesher::replace_outgrown() {
     outgrown[g] = !replaced_[g] && inside[g] > first_inside_[g] + options_.growth * group_area_[g];
     any |= outgrown[g] != 0;
   }
-  if (any) replace(outgrown);
-  return any;
+  return any ? outgrown : std::vector<char>();
+}
+
+void Remesher::replace_outgrown() {
+  const std::vector<char> outgrown = outgrown_groups();
+  if (!outgrown.empty()) replace(outgrown);
+}
+
+/// Gives up what grew too much of it: all marks near one another of which some grew.
+void Remesher::leave_outgrown() {
+  const std::vector<char> outgrown = outgrown_groups();
+  if (outgrown.empty()) return;
+  std::vector<int> marked;
+  std::vector<Vector3> points;
+  std::vector<char> in_group(pair_.mesh.positions.size(), 0);
+  for (int t = 0; t < pair_.mesh.triangle_count(); ++t)
+    if (outgrown[group(t)])
+      for (const int v : pair_.mesh.triangles[t]) in_group[v] = 1;
+  marked_.resize(pair_.mesh.positions.size(), Mark::none);
+  for (std::size_t v = 0; v < marked_.size(); ++v)
+    if (marked_[v] != Mark::none && in_group[v])
+      marked.push_back(int(v)), points.push_back(pair_.mesh.positions[v]);
+  DisjointSets near = near_one_another(points, 2 * region_->radius());
+  std::vector<char> grew(points.size(), 0);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (marked_[marked[i]] == Mark::grown) grew[near.root(int(i))] = 1;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (grew[near.root(int(i))]) {
+      result_.left_outgrown += marked_[marked[i]] == Mark::seed;
+      marked_[marked[i]] = Mark::none;
+    }
+  pair_ = join(template_, target_);
+  marked_.resize(pair_.mesh.positions.size());
+  restart_region();
+  first_inside_ = inside_area();
 }
 
 Remesher::Cut Remesher::grow(const Progress& progress) {
@@ -135,7 +195,10 @@ Remesher::Cut Remesher::grow(const Progress& progress) {
       return *cut;
     }
     if (!mark(with_neighbours(cut->failed), Mark::grown)) replace(groups_of(cut->failed));
-    replace_outgrown();
+    if (options_.outgrown == RemeshOptions::Outgrown::left)
+      leave_outgrown();
+    else
+      replace_outgrown();
   }
 }
 
