@@ -1,6 +1,10 @@
 #include "mq/linear/conjugate_gradients.h"
 
+#include <algorithm>
+#include <barrier>
+#include <functional>
 #include <limits>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -132,6 +136,67 @@ TEST(ConjugateGradients, AsALinearSolverUpdate) {
   Signal found = Signal::Zero(100, 2);
   solver->solve(C * X, found);
   EXPECT_LE((found - X).cwiseAbs().maxCoeff(), 1e-11);
+}
+
+/// Two threads in the place of two processes, each with half of the rows.
+class HalfSystems {
+ public:
+  explicit HalfSystems(const SparseMatrix& A) : A_(A), all_(A.rows(), 2) {}
+
+  SharedSystem half(int which) {
+    const auto first = which * A_.rows() / 2, count = A_.rows() / 2;
+    return {.multiply =
+                [this, first, count](const Signal& X, Signal& AX) {
+                  together_.arrive_and_wait();
+                  all_.middleRows(first, count) = X;
+                  together_.arrive_and_wait();
+                  AX = A_.middleRows(first, count) * all_;
+                },
+            .sum = [this, which](std::span<double> values) { combine(which, values, std::plus<>()); },
+            .largest =
+                [this, which](std::span<double> values) {
+                  combine(which, values, [](double a, double b) { return std::max(a, b); });
+                }};
+  }
+
+ private:
+  template <class How>
+  void combine(int which, std::span<double> values, const How& how) {
+    of_each_[which].assign(values.begin(), values.end());
+    together_.arrive_and_wait();
+    std::transform(of_each_[0].begin(), of_each_[0].end(), of_each_[1].begin(), values.begin(), how);
+    together_.arrive_and_wait();
+  }
+
+  const SparseMatrix& A_;
+  Signal all_;
+  std::vector<double> of_each_[2];
+  std::barrier<> together_{2};
+};
+
+TEST(SharedSystem, IsSolvedByAllThatShareIt) {
+  const SparseMatrix A = grid_laplacian(24, 0.05);
+  const Signal B = random_signal(576, 2);
+  const Vector inverse = Vector(A.diagonal()).cwiseInverse();
+  HalfSystems systems(A);
+  Signal halves[2];
+  SolveReport reports[2];
+  const auto solve = [&](int which) {
+    halves[which] = Signal::Zero(288, 2);
+    const auto jacobi = [&](const Signal& R, Signal& Z) { Z = inverse.segment(which * 288, 288).asDiagonal() * R; };
+    reports[which] = conjugate_gradients(systems.half(which), B.middleRows(which * 288, 288), halves[which], jacobi,
+                                         {.tolerance = 1e-10, .stop = ConjugateGradientOptions::Stop::residual_error});
+  };
+  std::thread other(solve, 1);
+  solve(0);
+  other.join();
+  EXPECT_TRUE(reports[0].converged);
+  EXPECT_EQ(reports[0].cycles, reports[1].cycles);
+  EXPECT_EQ(reports[0].error, reports[1].error);
+  EXPECT_LE(reports[0].error, 4e-10);
+  const Signal exact = DirectSolver(A).solve(B);
+  EXPECT_LE((halves[0] - exact.topRows(288)).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_LE((halves[1] - exact.bottomRows(288)).cwiseAbs().maxCoeff(), 1e-8);
 }
 
 }  // namespace

@@ -25,6 +25,13 @@ void add_solver_options(OptionTable& table, const std::string& tolerance) {
            "above, where there is one, and direct again where that does not reach the tolerance "
            "and memory allows. reference: the multigrid solver as it was published, in double "
            "precision, to compare with."});
+  add_stopping_options(table, tolerance,
+                       "Else multigrid gives up after 60 and reference after 200, with a warning; with "
+                       "this, automatic does not factorise where the tolerance was not reached.");
+}
+
+void add_stopping_options(OptionTable& table, const std::string& tolerance, const std::string& without_cycles) {
+  using Type = Option::Type;
   table.add({.name = "tolerance",
              .type = Type::number,
              .default_value = tolerance,
@@ -45,9 +52,7 @@ void add_solver_options(OptionTable& table, const std::string& tolerance) {
              .most = 10000,
              .group = "Solver",
              .help = "stop iterations after so many cycles, converged or not",
-             .details =
-                 "Else multigrid gives up after 60 and reference after 200, with a warning; with "
-                 "this, automatic does not factorise where the tolerance was not reached."});
+             .details = without_cycles});
 }
 
 StoppingRule stopping_rule(const OptionValues& options) {

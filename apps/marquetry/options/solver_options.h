@@ -16,6 +16,9 @@ namespace mq::app {
 void add_solver_options(OptionTable& table,
                         const std::string& tolerance = as_typed(StoppingRule{}.tolerance));
 
+/// Adds --tolerance and --cycles alone; `without_cycles` says what limits iterations without the latter.
+void add_stopping_options(OptionTable& table, const std::string& tolerance, const std::string& without_cycles);
+
 StoppingRule stopping_rule(const OptionValues& options);
 SolverChoice solver_choice(const OptionValues& options, const ModelSignal& signal);
 

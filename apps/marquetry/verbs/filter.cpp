@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "verbs/shared/filter_strength.h"
 #include "verbs/shared/geometry.h"
 #include "options/field_options.h"
 #include "options/mask_options.h"
@@ -29,31 +30,6 @@
 
 namespace mq::app {
 namespace {
-
-/// Of what size detail is where only a strength is given, on textures and where there are no texels.
-constexpr Length usual_radius{3, Length::Unit::texels}, usual_radius_of_shapes{1, Length::Unit::percent};
-
-/// The factor on gradients, by --beta or --strength.
-double asked_beta(const OptionValues& options) {
-  return options.has("beta") ? options.number("beta") : 1 + options.number("strength") / 100;
-}
-
-void require_strength(const OptionValues& options) {
-  if (options.has("beta") || options.has("strength")) return;
-  std::string commands;
-  for (const auto& [words, use] : options.table().examples())
-    commands += fmt::format("\n  marquetry filter {}    {}", words, use);
-  throw InvalidInput("how much is wanted: --strength 50% brings detail out by half, -100% smooths it away (or --beta)" +
-                     commands);
-}
-
-/// w, by --radius, --length or --alpha; with a strength alone by the usual radius.
-double asked_weight(const OptionValues& options, const SurfaceScale& scale) {
-  if (options.has("radius")) return weight_from_length(parse_length(options.text("radius")), scale);
-  if (options.has("strength") && !options.has("length"))
-    return weight_from_length(scale.texel_spacing > 0 ? usual_radius : usual_radius_of_shapes, scale);
-  return spread_weight(options, scale);
-}
 
 GeometryFilterOptions asked_filter(const OptionValues& options, const SurfaceScale& scale) {
   const auto length = [&](const std::string& name) {
@@ -130,16 +106,6 @@ Exit filter_geometry(Run& run) {
   put_positions(run, scene, positions, advice_on_size(options));
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
-}
-
-/// Of colours alone: values of other slots, and normals, have no luminance. Sharpened channel by channel they get
-/// fringes, which nobody wants who says how strong it is to be.
-bool by_luminance(const OptionValues& options, const Model& model) {
-  const std::vector<Texture>& textures = model.textures;
-  const bool sharpens = options.has("strength") && options.number("strength") > 0;
-  const bool are_normals = value_space(options).meaning == ValueSpace::Meaning::normals;
-  return (options.flag("luminance") || (sharpens && !are_normals)) &&
-         (textures.empty() || textures.front().meaning == TextureMeaning::colours);
 }
 
 /// Contrast that 8 bits a channel, and what a lossy format makes of them, leave where there is none.
@@ -259,34 +225,8 @@ Verb filter_verb() {
   table.example("mesh.ply --geometry --strength -100% -o smooth.ply", "smooth the shape itself");
   add_model_options(table);
   add_model_output_option(table);
-  table.add({.name = "strength",
-             .type = Option::Type::number,
-             .unit = "%",
-             .least = -100,
-             .most = 99'900,
-             .group = "Filter",
-             .help = "how much of detail is added: 100 doubles it, -100 smooths it away, 0 changes nothing",
-             .details = "As --beta 1 + N/100; above 0 colours are filtered as with --luminance, which --beta does "
-                        "not do by itself."});
-  table.add({.name = "radius",
-             .type = Option::Type::length,
-             .group = "Filter",
-             .help = "how large that detail is, as --length",
-             .details = fmt::format("With --strength {} without it, {} of shapes and at vertices.", as_typed(usual_radius),
-                                    as_typed(usual_radius_of_shapes))});
-  table.add({.name = "beta",
-             .letter = 'b',
-             .type = Option::Type::number,
-             .least = 0,
-             .most = 1000,
-             .group = "Filter",
-             .help = "factor on the gradients: 0 smooths, 1 changes nothing, more sharpens"});
-  table.add({.name = "luminance",
-             .group = "Filter",
-             .help = "filter what is bright and dark, and leave the hues: no coloured fringes",
-             .details = "0.2126 red + 0.7152 green + 0.0722 blue is filtered, and what it changes by is "
-                        "added to all three. Alpha is kept. Maps that hold other values than colours "
-                        "are filtered channel by channel."});
+  add_strength_options(table);
+  add_luminance_option(table);
   add_halo_option(table, "Filter");
   table.add({.name = "threshold",
              .type = Option::Type::number,

@@ -8,13 +8,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
 #include "mq/sample/moving.h"
+#include "mq/io/tiles.h"
 #include "mq/sample/sample.h"
+#include "mq/sample/wall.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/run.h"
@@ -28,9 +31,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* wall_name = "wall";
+
 std::vector<std::string> names() {
   std::vector<std::string> all;
   for (const SampleInfo& info : sample_names()) all.push_back(info.name);
+  all.push_back(wall_name);
   for (const SampleInfo& info : moving_names()) all.push_back(info.name);
   return all;
 }
@@ -39,6 +45,7 @@ std::string descriptions() {
   std::string text;
   for (const SampleInfo& info : sample_names())
     text += fmt::format("{}{}: {}.", text.empty() ? "" : " ", info.name, info.description);
+  text += fmt::format(" {}: tiles of texture side by side, with seams between all of them.", wall_name);
   text += " Sequences:";
   for (const SampleInfo& info : moving_names())
     text += fmt::format(" {}: {}.", info.name, info.description);
@@ -152,12 +159,82 @@ Exit sample_sequence(Run& run) {
   return Exit::done;
 }
 
+// ---- A wall of tiles ----
+
+/// Its mesh and what names its tiles.
+struct WallFiles {
+  fs::path mesh;
+  TileName tile;
+};
+
+WallFiles wall_files(const OptionValues& options) {
+  const std::string output = options.text("output");
+  require(output.ends_with('/') || fs::is_directory(output) || output.ends_with(".obj"),
+          fmt::format("--output: found '{}', wanted a folder (with / at its end) or an .obj: its texture comes in "
+                      "tiles",
+                      output));
+  const fs::path mesh =
+      output.ends_with(".obj") ? fs::path(output) : fs::path(output) / (std::string(wall_name) + ".obj");
+  const bool is_float = depth_from_name(options.text("depth")) >= Depth::half;
+  return {mesh, {.before = mesh.stem().string() + ".", .after = is_float ? ".exr" : ".png", .place = {}}};
+}
+
+Model make_wall_model(const OptionValues& options, const WallFiles& files, const Progress& progress) {
+  const int triangles = int(options.integer("triangles")), side = int(options.integer("tiles"));
+  WallOptions how{.tiles = side,
+                  .texture_size = int(options.integer("size")),
+                  .seed = std::uint64_t(options.integer("seed"))};
+  if (triangles > 0) how.squares = std::max(1, int(std::lround(std::sqrt(triangles / 2.0) / side)));
+  Wall wall = make_wall(how);
+  const Surface surface = make_surface(wall.mesh);
+  const Atlas atlas = make_atlas(surface, wall.textures);
+  const ColorField colors = options.flag("misaligned")
+                                ? misaligned(wall.colors, {.shift = 2.0 / how.texture_size, .seed = how.seed})
+                                : wall.colors;
+  Model model;
+  for (std::size_t i = 0; i < wall.tiles.size(); ++i) {
+    Texture texture;
+    texture.name = files.tile.file({wall.tiles[i][0], wall.tiles[i][1]});
+    texture.pixels =
+        paint(surface, atlas, colors, {}, int(i), progress.step(texture.name, 1 / double(wall.tiles.size())));
+    texture.format.depth = depth_from_name(options.text("depth"));
+    model.textures.push_back(std::move(texture));
+    model.tiles.push_back({0, wall.tiles[i][0], wall.tiles[i][1]});
+  }
+  model.mesh = std::move(wall.mesh);
+  return model;
+}
+
+Exit sample_wall(Run& run) {
+  const WallFiles names = wall_files(run.options());
+  const int side = int(run.options().integer("tiles"));
+  std::vector<fs::path> files{names.mesh, fs::path(names.mesh).replace_extension(".mtl")};
+  for (int v = 0; v < side; ++v)
+    for (int u = 0; u < side; ++u) files.push_back(names.mesh.parent_path() / names.tile.file({u, v}));
+  run.will_write(files, names.mesh.parent_path());
+  if (run.dry_run()) return Exit::done;
+  Model model;
+  {
+    const Step step(run, "make", 0.8);
+    model = make_wall_model(run.options(), names, step);
+  }
+  const Step step(run, "write", 0.2);
+  write_model(names.mesh, model, step);
+  run.result = {{"vertices", model.mesh.vertex_count()}, {"triangles", model.mesh.triangle_count()}};
+  say_written(run, files);
+  return Exit::done;
+}
+
 Exit sample(Run& run) {
   const OptionValues& options = run.options();
+  const bool is_wall = options.text("name") == wall_name;
+  require(is_wall || !asks_for(options, "tiles"),
+          fmt::format("--tiles: '{}' has one texture; '{}' comes in tiles", options.text("name"), wall_name));
   if (is_moving(options.text("name"))) return sample_sequence(run);
   for (const char* name : {"frames", "period", "light", "noise", "off", "holes", "handles"})
     require(!asks_for(options, name),
             fmt::format("--{}: '{}' does not move", name, options.text("name")));
+  if (is_wall) return sample_wall(run);
   const std::vector<fs::path> meshes = mesh_paths(options.text("output"), options.text("name"));
   const fs::path folder =
       names_model(options.text("output")) ? fs::path() : fs::path(options.text("output"));
@@ -270,6 +347,12 @@ Verb sample_verb() {
              .least = 1,
              .most = 32768,
              .help = "side of the texture"});
+  table.add({.name = "tiles",
+             .type = Type::integer,
+             .default_value = as_typed(WallOptions{}.tiles),
+             .least = 1,
+             .most = 10,
+             .help = "a side of the wall, each of --size texels and a picture (<UDIM>)"});
   table.add({.name = "triangles",
              .type = Type::integer,
              .default_value = as_typed(SampleOptions{}.triangles),

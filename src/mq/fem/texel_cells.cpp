@@ -1,7 +1,5 @@
-// S_(pq)(rs) = a σ_p σ_r ∫ y_q y_s + c τ_q τ_s ∫ x_p x_r + b (σ_p τ_s ∫ y_q x_r + σ_r τ_q ∫ x_p
-// y_s), σ_0 = τ_0 = −1, σ_1 = τ_1 = 1, with the integrals of products of two read off the nine
-// moments through x_0 + x_1 = 1. Only the six entries off the diagonal are kept: rows sum to zero
-// exactly.
+// Triangles are cut in bands of rows, each band by itself, and the bands joined in their order; integrals of
+// pieces are in cell_integrals.cpp, seam blocks by detail/seam_basis.h.
 
 #include "mq/fem/texel_cells.h"
 
@@ -11,85 +9,8 @@
 #include <tuple>
 
 #include "mq/base/parallel.h"
-#include "mq/fem/detail/quadrature.h"
 
 namespace mq {
-namespace {
-
-using Lanes = Eigen::Array<double, 8, 1>;
-
-/// The six points of the rule in lanes, weight 0 in the last two.
-struct RuleLanes {
-  Lanes l1 = Lanes::Zero(), l2 = Lanes::Zero(), weight = Lanes::Zero();
-  RuleLanes() {
-    for (int q = 0; q < 6; ++q) {
-      l1[q] = triangle_rule_4()[q].l1;
-      l2[q] = triangle_rule_4()[q].l2;
-      weight[q] = triangle_rule_4()[q].weight;
-    }
-  }
-};
-
-}  // namespace
-
-std::array<double, 9> bernstein_moments(std::span<const std::array<double, 2>> polygon) {
-  static const RuleLanes rule;
-  std::array<Lanes, 9> sums;
-  sums.fill(Lanes::Zero());
-  const auto& o = polygon[0];
-  for (std::size_t k = 2; k < polygon.size(); ++k) {
-    const double ux = polygon[k - 1][0] - o[0], uy = polygon[k - 1][1] - o[1];
-    const double vx = polygon[k][0] - o[0], vy = polygon[k][1] - o[1];
-    const double area = std::abs(ux * vy - uy * vx) / 2;
-    const Lanes x = o[0] + rule.l1 * ux + rule.l2 * vx, y = o[1] + rule.l1 * uy + rule.l2 * vy;
-    const Lanes x0 = 1 - x, y0 = 1 - y, weight = rule.weight * area;
-    const Lanes bx[3] = {x0 * x0, x0 * x, x * x};
-    const Lanes by[3] = {y0 * y0 * weight, y0 * y * weight, y * y * weight};
-    for (int q = 0; q < 3; ++q)
-      for (int p = 0; p < 3; ++p) sums[p + 3 * q] += bx[p] * by[q];
-  }
-  std::array<double, 9> moments;
-  for (int k = 0; k < 9; ++k) {
-    moments[k] = 0;
-    for (int lane = 0; lane < 6; ++lane) moments[k] += sums[k][lane];
-  }
-  return moments;
-}
-
-std::array<double, 9> bernstein_moments(const Piece& piece) {
-  std::array<std::array<double, 2>, Piece::max_vertices> polygon;
-  for (int k = 0; k < piece.count; ++k) polygon[k] = {piece.vertices[k].x, piece.vertices[k].y};
-  return bernstein_moments(std::span(polygon.data(), std::size_t(piece.count)));
-}
-
-std::array<double, 9> whole_moments() {
-  constexpr double third = 1.0 / 3, sixth = 1.0 / 6;
-  constexpr double line[3] = {third, sixth, third};
-  std::array<double, 9> moments;
-  for (int q = 0; q < 3; ++q)
-    for (int p = 0; p < 3; ++p) moments[p + 3 * q] = line[p] * line[q];
-  return moments;
-}
-
-void add_integrals(const std::array<double, 9>& m, const TexelMetric& metric,
-                   CellIntegrals& integrals) {
-  for (int k = 0; k < 9; ++k) integrals.mass[k] += metric.density * m[k];
-  const double a = metric.a, b = metric.b, c = metric.c;
-  const double yy00 = m[0] + 2 * m[1] + m[2], yy01 = m[3] + 2 * m[4] + m[5],
-               yy11 = m[6] + 2 * m[7] + m[8];
-  const double xx00 = m[0] + 2 * m[3] + m[6], xx01 = m[1] + 2 * m[4] + m[7],
-               xx11 = m[2] + 2 * m[5] + m[8];
-  // xy_pq = ∫ x_p y_q
-  const double xy00 = m[0] + m[3] + m[1] + m[4], xy01 = m[3] + m[6] + m[4] + m[7];
-  const double xy10 = m[1] + m[4] + m[2] + m[5], xy11 = m[4] + m[7] + m[5] + m[8];
-  std::array<double, 6>& s = integrals.stiffness;
-  s[0] += -a * yy00 + c * xx01 + b * (xy10 - xy00);
-  s[1] += a * yy01 - c * xx00 + b * (xy01 - xy00);
-  s[2] += -a * yy01 - c * xx01 - b * (xy10 + xy01);
-  s[3] += -a * yy01 - c * xx01 + b * (xy00 + xy11);
-  s[4] += a * yy01 - c * xx11 + b * (xy10 - xy11);
-  s[5] += -a * yy11 + c * xx01 + b * (xy01 - xy11);
-}
 
 // ------------------------------------------------------------------------------------ seam blocks
 
@@ -183,13 +104,15 @@ class BandIntegrator {
  public:
   BandIntegrator(const Surface& surface, const Atlas& atlas,
                  const std::vector<TexelMetric>& metrics, const TexelGrid& grid, const Seams* seams,
-                 const NearSeams* near, TexelCells& cells, Band& band, const Progress& progress)
+                 const NearSeams* near, std::span<const char> wanted, TexelCells& cells, Band& band,
+                 const Progress& progress)
       : surface_(surface),
         atlas_(atlas),
         metrics_(metrics),
         grid_(grid),
         seams_(seams),
         near_(near),
+        wanted_(wanted),
         cells_(cells),
         band_(band),
         progress_(progress),
@@ -201,9 +124,7 @@ class BandIntegrator {
       if (covers_texture_often(t, end - first))
         add_repeating(t, first, end);
       else
-        for_rows(first, end, [&](int row) { add_row(t, row, [&](int from, int to) {
-          for (int column = from; column <= to; ++column) add_whole(t, row, column, 1);
-        }); });
+        for_rows(first, end, [&](int row) { add_row(t, row, [&](int from, int to) { add_run(t, row, from, to); }); });
     }
     add_seam_blocks();
   }
@@ -244,13 +165,14 @@ class BandIntegrator {
   template <class Whole>
   void add_row(int t, int row, const Whole& whole) {
     progress_.check();
+    if (!wants_row(row)) return;
     const auto near =
         near_ ? near_->row(atlas_.chart[t], row) : std::span<const NearSeams::Entry>();
     clip_row(
         atlas_.corners[t], row,
         [&](const Piece& piece) {
           const double area = piece.area();
-          if (area < smallest_piece) return;
+          if (area < smallest_piece || !wants(row, piece.column)) return;
           if (!near.empty() && !NearSeams::cell(near, piece.column).empty())
             return add_pending(t, piece, area);
           add_integrals(bernstein_moments(piece), metrics_[t],
@@ -263,7 +185,7 @@ class BandIntegrator {
           for (; entry != near.end() && entry->column <= last; ++entry) {
             if (entry->column < first) continue;  // another entry of the same cell
             if (first < entry->column) whole(first, entry->column - 1);
-            add_pending(t, whole_cell(row, entry->column), 1);
+            if (wants(row, entry->column)) add_pending(t, whole_cell(row, entry->column), 1);
             first = entry->column + 1;
           }
           if (first <= last) whole(first, last);
@@ -314,8 +236,30 @@ class BandIntegrator {
     pending_.push_back({atlas_.chart[t], t, piece});
   }
 
+  bool wants(int row, int column) const {
+    return wanted_.empty() || wanted_[std::size_t(grid_.cell(band_.texture, column, row))] != 0;
+  }
+
+  /// Of a row of cells, whether any is wanted.
+  bool wants_row(int row) const {
+    if (wanted_.empty()) return true;
+    const std::size_t width = std::size_t(grid_.texture(band_.texture).width) + 1;
+    const auto cells = wanted_.subspan(std::size_t(grid_.cell(band_.texture, 0, row) - 1), width);
+    return std::ranges::find(cells, 1) != cells.end();
+  }
+
+  void add_run(int t, int row, int from, int to) {
+    if (!wanted_.empty() && grid_.texture(band_.texture).wrap != Wrap::repeat) {
+      // What lies beyond the texture is in its outermost cells, or is left out with these.
+      if (!wants(row, -1)) from = std::max(from, 0);
+      if (const int last = grid_.texture(band_.texture).width - 1; !wants(row, last)) to = std::min(to, last - 1);
+    }
+    for (int column = from; column <= to; ++column) add_whole(t, row, column, 1);
+  }
+
   /// The whole cell, `count` times.
   void add_whole(int t, int row, int column, int count) {
+    if (!wants(row, column)) return;
     int& kind = cells_.kind[grid_.cell(band_.texture, column, row)];
     if (kind < 0 && count == 1) {
       kind = t;
@@ -399,6 +343,7 @@ class BandIntegrator {
   const TexelGrid& grid_;
   const Seams* seams_;
   const NearSeams* near_;
+  const std::span<const char> wanted_;  ///< per cell of the grid; empty: all
   TexelCells& cells_;
   Band& band_;
   const Progress& progress_;
@@ -473,7 +418,8 @@ bool tells_more(const Atlas& atlas, float area, int triangle, float other_area, 
 
 TexelCells integrate_cells(const Surface& surface, const Atlas& atlas,
                            const std::vector<TexelMetric>& metrics, const TexelGrid& grid,
-                           const Seams* seams, const NearSeams* near, const Progress& progress) {
+                           const Seams* seams, const NearSeams* near, std::span<const char> wanted,
+                           const Progress& progress) {
   const int triangles = int(atlas.chart.size());
   TexelCells cells;
   cells.kind.assign(grid.cell_count(), -1);
@@ -486,7 +432,7 @@ TexelCells integrate_cells(const Surface& surface, const Atlas& atlas,
   parallel_for(
       std::ssize(bands),
       [&](std::int64_t b) {
-        BandIntegrator(surface, atlas, metrics, grid, seams, near, cells, bands[b], progress).run();
+        BandIntegrator(surface, atlas, metrics, grid, seams, near, wanted, cells, bands[b], progress).run();
         progress.at(0.9 * double(++done) / double(bands.size()));
       },
       1);

@@ -87,10 +87,11 @@ struct TexelCells {
 };
 
 /// Cuts every triangle and integrates. `seams` and `near` null: bilinear everywhere, discontinuous
-/// at seams. Parallel over bands of rows, the same bits for any number of threads.
+/// at seams. `wanted`: per cell of the grid 1, or 0 where nothing is to be integrated; empty: all are. Parallel over bands of rows, the same bits for any number of threads.
 TexelCells integrate_cells(const Surface& surface, const Atlas& atlas,
                            const std::vector<TexelMetric>& metrics, const TexelGrid& grid,
-                           const Seams* seams, const NearSeams* near, const Progress& progress);
+                           const Seams* seams, const NearSeams* near, std::span<const char> wanted,
+                           const Progress& progress);
 
 /// Whether a piece of a triangle says better where a texel lies than one of another (−1: of none): the
 /// larger, and where copies of a part share the texture, the one whose chart's turn is earlier.

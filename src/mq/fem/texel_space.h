@@ -29,6 +29,10 @@ struct TexelSpaceOptions {
   /// One metric per triangle, constant on it, in place of the immersion metric (`texel_metric`).
   /// Positive definite with a·c − b² = 1, or `InvalidInput` is thrown.
   std::vector<TexelMetric> metrics;
+
+  /// Per cell of the atlas' `TexelGrid` 1, or 0 for one that is left out, as if no chart were there: what a
+  /// part of a space needs of the whole (texel_part.h). Empty: all.
+  std::vector<char> cells = {};
 };
 
 /// Basis functions φ_t at a few points of one triangle, for integrals nobody foresaw. Row q of each

@@ -21,8 +21,9 @@ constexpr double bytes_per_texel = 100;
 }  // namespace
 
 void TexelSpace::Data::integrate(const TexelSpaceOptions& options, const Progress& progress) {
-  require_memory(std::int64_t(bytes_per_texel * atlas.texel_area),
-                 fmt::format("the space of {:.3g} million texels", 1e-6 * atlas.texel_area),
+  const std::vector<char>& marked = options.cells;
+  const double count = marked.empty() ? atlas.texel_area : double(std::ranges::count(marked, 1));
+  require_memory(std::int64_t(bytes_per_texel * count), fmt::format("the space of {:.3g} million texels", 1e-6 * count),
                  "take smaller pictures, or a machine with more");
   metrics = options.metrics;
   if (metrics.empty()) {
@@ -36,8 +37,9 @@ void TexelSpace::Data::integrate(const TexelSpaceOptions& options, const Progres
   near = std::make_unique<NearSeams>(atlas, *seams);
   progress.step("find seams", 0.1).at(1);
   const bool soft = options.seams == TexelSpaceOptions::Seams::soft;
+  require(options.cells.empty() || std::ssize(options.cells) == grid.cell_count(), "one mark per cell is needed");
   cells = integrate_cells(surface, atlas, metrics, grid, seams.get(), soft ? nullptr : near.get(),
-                          progress.step("cut and integrate", 0.6));
+                          options.cells, progress.step("cut and integrate", 0.6));
   if (soft) {
     add_soft_seams(options.seam_penalty);
     near.reset();

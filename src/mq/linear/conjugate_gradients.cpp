@@ -15,6 +15,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/linear/error_estimate.h"
 #include "mq/linear/residual.h"
 
 namespace mq {
@@ -77,11 +78,52 @@ void require_positive(const Row& form, const std::vector<bool>& active, const ch
           "{} in channel {}", what, cycle, form[c], c));
 }
 
+/// Sums over the rows of all processes.
+Row summed_dots(const SharedSystem& system, const Signal& X, const Signal& Y) {
+  Row dots = channel_dots(X, Y);
+  if (system.sum) system.sum(std::span(dots.data(), std::size_t(dots.size())));
+  return dots;
+}
+
+/// Per channel how far X is from its limit, by the steps it takes.
+class Errors {
+ public:
+  explicit Errors(Eigen::Index channels) : of_channel_(std::size_t(channels)) {}
+
+  /// After X += α·P.
+  void add_step(const SharedSystem& system, const Signal& P, const Row& alpha, const Signal& X) {
+    Row found(2 * alpha.size());
+    for (Eigen::Index c = 0; c < alpha.size(); ++c) {
+      found[c] = P.rows() > 0 ? std::abs(alpha[c]) * P.col(c).cwiseAbs().maxCoeff() : 0;
+      found[alpha.size() + c] = X.rows() > 0 ? X.col(c).cwiseAbs().maxCoeff() : 0;
+    }
+    if (system.largest) system.largest(std::span(found.data(), std::size_t(found.size())));
+    for (Eigen::Index c = 0; c < alpha.size(); ++c)
+      if (alpha[c] != 0) of_channel_[std::size_t(c)].add_step(found[c], found[alpha.size() + c]);
+  }
+
+  bool within(Eigen::Index channel, double tolerance) const {
+    return of_channel_[std::size_t(channel)].within(tolerance);
+  }
+
+  double largest() const {
+    double worst = 0;
+    for (const ErrorEstimate& one : of_channel_) worst = std::max(worst, one.relative());
+    return worst;
+  }
+
+ private:
+  std::vector<ErrorEstimate> of_channel_;
+};
+
 /// The channels above the tolerance.
-std::vector<bool> active_channels(const Row& squared, const Row& start, double tolerance) {
+std::vector<bool> active_channels(const Row& squared, const Row& start, const Errors& errors,
+                                  const ConjugateGradientOptions& options) {
   std::vector<bool> active(squared.size());
   for (Eigen::Index c = 0; c < squared.size(); ++c)
-    active[c] = squared[c] > tolerance * tolerance * start[c];
+    active[c] = squared[c] > options.tolerance * options.tolerance * start[c] ||
+                (options.stop == ConjugateGradientOptions::Stop::residual_error && squared[c] > 0 &&
+                 !errors.within(c, options.tolerance));
   return active;
 }
 
@@ -92,12 +134,10 @@ double fraction_done(double ratio, double tolerance) {
   return ratio > 0 && tolerance > 0 ? std::log(ratio) / std::log(tolerance) : 1;
 }
 
-void check_shapes(const SparseMatrix& A, const Signal& B, const Signal& X) {
-  require(A.rows() == A.cols() && B.rows() == A.rows() && X.rows() == B.rows() &&
-              X.cols() == B.cols(),
+void check_shapes(std::int64_t rows, std::int64_t columns, const Signal& B, const Signal& X) {
+  require(rows == columns && B.rows() == rows && X.rows() == B.rows() && X.cols() == B.cols(),
           fmt::format("a system of {} × {} was given a right-hand side of {} × {} and a first "
-                      "guess of {} × {}", A.rows(), A.cols(), B.rows(), B.cols(), X.rows(),
-                      X.cols()));
+                      "guess of {} × {}", rows, columns, B.rows(), B.cols(), X.rows(), X.cols()));
 }
 
 }  // namespace
@@ -114,45 +154,70 @@ Preconditioner jacobi_preconditioner(const SparseMatrix& A) {
   };
 }
 
+namespace {
+
+/// B − A·X.
+Signal residual_of(const SharedSystem& system, const Signal& X, const Signal& B) {
+  Signal R;
+  system.multiply(X, R);
+  parallel_for(R.rows(), [&](std::int64_t i) { R.row(i) = B.row(i) - R.row(i); });
+  return R;
+}
+
+}  // namespace
+
 SolveReport conjugate_gradients(const SparseMatrix& A, const Signal& B, Signal& X,
                                 const Preconditioner& precondition,
                                 const ConjugateGradientOptions& options,
                                 const Progress& progress) {
+  check_shapes(A.rows(), A.cols(), B, X);
+  return conjugate_gradients(
+      SharedSystem{.multiply = [&](const Signal& of, Signal& product) { multiply(A, of, product); }}, B, X,
+      precondition, options, progress);
+}
+
+SolveReport conjugate_gradients(const SharedSystem& system, const Signal& B, Signal& X,
+                                const Preconditioner& precondition,
+                                const ConjugateGradientOptions& options,
+                                const Progress& progress) {
   const auto clock_start = Clock::now();
-  check_shapes(A, B, X);
-  const Constants constants(options.components, A.rows());
+  check_shapes(B.rows(), B.rows(), B, X);
+  require(options.components.empty() || !system.sum, "components of a system that processes share are not known");
+  const Constants constants(options.components, B.rows());
   const Signal kept = constants.means(X);
 
-  Signal R = residual(A, X, B);
+  Signal R = residual_of(system, X, B);
   constants.remove(R);
-  const Row start = channel_dots(R, R);
+  Errors errors(B.cols());
+  const Row start = summed_dots(system, R, R);
   if (!start.allFinite())
     throw SolverError("the right-hand side or the first guess holds a value that is not finite");
 
   SolveReport report;
   report.method = "conjugate gradients";
-  std::vector<bool> active = active_channels(start, start, options.tolerance);
+  std::vector<bool> active = active_channels(start, start, errors, options);
   if (any(active)) report.residuals.push_back(1);
   Signal Z, AP, P = Signal::Zero(B.rows(), B.cols());
   Row rho_before = Row::Ones(B.cols());
   while (any(active) && report.cycles < options.max_cycles) {
     precondition(R, Z);
-    const Row rho = channel_dots(R, Z);
+    const Row rho = summed_dots(system, R, Z);
     require_positive(rho, active, "the preconditioner", report.cycles);
     const Row beta =
         report.cycles == 0 ? Row::Zero(B.cols()).eval() : quotient(rho, rho_before, active);
     add_scaled(Z, P, beta);
     P.swap(Z);
-    multiply(A, P, AP);
-    const Row form = channel_dots(P, AP);
+    system.multiply(P, AP);
+    const Row form = summed_dots(system, P, AP);
     require_positive(form, active, "the matrix", report.cycles);
     const Row alpha = quotient(rho, form, active);
     add_scaled(X, P, alpha);
+    if (options.stop == ConjugateGradientOptions::Stop::residual_error) errors.add_step(system, P, alpha, X);
     add_scaled(R, AP, -alpha);
     constants.remove(R);
-    const Row squared = channel_dots(R, R);
+    const Row squared = summed_dots(system, R, R);
     if (!squared.allFinite()) throw SolverError("conjugate gradients met a value that is not finite");
-    active = active_channels(squared, start, options.tolerance);
+    active = active_channels(squared, start, errors, options);
     rho_before = rho;
     report.cycles += 1;
     report.residuals.push_back(worst_ratio(squared, start));
@@ -160,11 +225,12 @@ SolveReport conjugate_gradients(const SparseMatrix& A, const Signal& B, Signal& 
   }
 
   report.converged = !any(active);
+  report.error = errors.largest();
   if (report.cycles > 0) {
     if (constants.any()) constants.subtract(X, constants.means(X) - kept);
-    Signal last = residual(A, X, B);
+    Signal last = residual_of(system, X, B);
     constants.remove(last);
-    report.residuals.back() = worst_ratio(channel_dots(last, last), start);
+    report.residuals.back() = worst_ratio(summed_dots(system, last, last), start);
   }
   report.solve_seconds = std::chrono::duration<double>(Clock::now() - clock_start).count();
   return report;

@@ -2,6 +2,7 @@
 /// Preconditioned conjugate gradients, all channels at once.
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "mq/linear/solver.h"
@@ -24,6 +25,20 @@ struct ConjugateGradientOptions {
   /// those constants (what B holds of them has no solution and is dropped), and each component of
   /// the result keeps the sum over its unknowns that the first guess had.
   std::vector<int> components = {};
+
+  /// What is asked for beside the tolerance of the residual.
+  enum class Stop {
+    residual,       ///< nothing
+    residual_error  ///< that `ErrorEstimate` finds the error small enough
+  } stop = Stop::residual;
+};
+
+/// A matrix that is known by its products alone, perhaps with rows spread over processes: then all of them solve at
+/// once, each with its own rows of B and X.
+struct SharedSystem {
+  std::function<void(const Signal& X, Signal& AX)> multiply;
+  /// The sums and the largest of the values of all processes, in place and the same in each; empty: there is one.
+  std::function<void(std::span<double> values)> sum = {}, largest = {};
 };
 
 /// Improves X towards A·X = B. Every channel has a step length of its own, so channels do not
@@ -37,6 +52,12 @@ struct ConjugateGradientOptions {
 /// Hestenes and Stiefel [hestenes1952conjugate]; the report's residuals are those of the
 /// recurrence, the last one is computed from X.
 SolveReport conjugate_gradients(const SparseMatrix& A, const Signal& B, Signal& X,
+                                const Preconditioner& precondition,
+                                const ConjugateGradientOptions& options = {},
+                                const Progress& progress = {});
+
+/// The same for a system known by its products. Components are for one process.
+SolveReport conjugate_gradients(const SharedSystem& system, const Signal& B, Signal& X,
                                 const Preconditioner& precondition,
                                 const ConjugateGradientOptions& options = {},
                                 const Progress& progress = {});

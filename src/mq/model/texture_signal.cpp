@@ -14,15 +14,11 @@
 #include "mq/base/words.h"
 #include "mq/fem/field_metric.h"
 #include "mq/model/detail/same_row.h"
+#include "mq/model/detail/texel_values.h"
 #include "mq/model/model_signal.h"
 
 namespace mq {
 namespace {
-
-/// Whether pictures with `channels` lack just the alpha of those with `most`.
-bool lacks_alpha(int channels, int most) {
-  return channels + 1 == most && colour_channels(most) != most;
-}
 
 /// How many channels all pictures have.
 int common_channels(const Model& model) {
@@ -66,21 +62,6 @@ Defects shared_texels(const TexelCopies& copies, const std::vector<TextureSize>&
       "that stand for several places of the surface: the picture shows one of them");
   if (!defects.empty()) list_places(grid, std::move(ids), defects.back());
   return defects;
-}
-
-/// Calls work(block) for blocks of these unknowns, in parallel; their texels are different ones.
-template <class Work>
-void for_each_block(std::span<const int> unknowns, const Work& work) {
-  constexpr std::int64_t block = 4096;
-  const std::int64_t count = (std::ssize(unknowns) + block - 1) / block;
-  parallel_for(
-      count,
-      [&](std::int64_t k) {
-        const std::int64_t first = k * block;
-        work(unknowns.subspan(std::size_t(first),
-                              std::size_t(std::min(block, std::ssize(unknowns) - first))));
-      },
-      1);
 }
 
 /// Mean of the colour channels: pictures of one model may have grey, colours and alpha as they like.
@@ -150,17 +131,14 @@ Signal TextureSignal::values_of(std::span<const Texture> textures) const {
             fmt::format("{}: has {}, and the textures of {} have {}; convert it",
                         textures[i].path.string(), counted(channels, "channel"),
                         model_.model.path.string(), channels_));
+    const PlaceOfUnknown place = [&](int k) { return home(k); };
+    if (!tangent_) {
+      take_values(by_texture_[i], place, textures[i], values_, values);
+      continue;
+    }
     for_each_block(by_texture_[i], [&](std::span<const int> block) {
-      Image<float> stored(int(block.size()), 1, channels);
-      for (int n = 0; n < stored.width(); ++n) {
-        const Texels::Place at = home(block[std::size_t(n)]);
-        std::ranges::copy(pixels.pixel(at.x, at.y), stored.pixel(n, 0).begin());
-      }
-      Image<float> worked = decoded(stored, textures[i], values_);
-      if (tangent_) return to_deviations(block, textures[i], worked, values);
-      for (int n = 0; n < worked.width(); ++n)
-        for (int c = 0; c < channels_; ++c)
-          values(block[std::size_t(n)], c) = c < channels ? double(worked(n, 0, c)) : 1.0;
+      Image<float> worked = decoded(stored_at(block, place, pixels), textures[i], values_);
+      to_deviations(block, textures[i], worked, values);
     });
   }
   return values;
@@ -186,19 +164,10 @@ void TextureSignal::put(const Signal& before, const Signal& after, Model& model)
     for (const int k : by_texture_[i])
       if (!same_row(before, after, k) && (!copies_ || copies_->is_shown(k))) changed.push_back(k);
     Texture& texture = model.textures[i];
-    for_each_block(changed, [&](std::span<const int> block) {
-      if (tangent_) return put_normals(block, before, after, texture);
-      Image<float> worked(int(block.size()), 1, channels_);
-      for (int n = 0; n < worked.width(); ++n)
-        for (int c = 0; c < channels_; ++c)
-          worked(n, 0, c) = float(after(block[std::size_t(n)], c));
-      const Image<float> stored = encoded(worked, texture, values_);
-      for (int n = 0; n < stored.width(); ++n) {
-        const Texels::Place at = home(block[std::size_t(n)]);
-        const auto to = texture.pixels.pixel(at.x, at.y);
-        std::copy_n(stored.pixel(n, 0).begin(), to.size(), to.begin());
-      }
-    });
+    if (tangent_)
+      for_each_block(changed, [&](std::span<const int> block) { put_normals(block, before, after, texture); });
+    else
+      put_values(changed, [&](int k) { return home(k); }, after, values_, texture);
   }
 }
 

@@ -68,6 +68,17 @@ void replace_unused_not_finite(TexturedModel& all, std::size_t texture, Messages
       texture_file(all.model, texture), replaced));
 }
 
+/// Of a picture that is not read.
+TextureSize size_by_head(const Model& model, std::size_t i) {
+  const Texture& texture = model.textures[i];
+  require(!texture.path.empty(),
+          fmt::format("{}: is not in a file of its own, and pictures are read one by one: export the model with its "
+                      "pictures beside it (as .gltf or .obj)",
+                      texture_file(model, i)));
+  const PictureInfo info = picture_info(texture.path);
+  return {info.width, info.height, model.tiles.empty() ? texture.wrap : Wrap::clamp};
+}
+
 /// Sizes of the textures that triangles use.
 std::vector<TextureSize> sizes_of_textures(const Model& model, const LoadOptions& options,
                                            Messages& messages) {
@@ -78,6 +89,10 @@ std::vector<TextureSize> sizes_of_textures(const Model& model, const LoadOptions
   std::vector<TextureSize> sizes(count);
   bool assumed = false;
   for (std::size_t i = 0; i < count; ++i) {
+    if (options.missing == MissingPictures::by_head && i < model.textures.size()) {
+      sizes[i] = size_by_head(model, i);
+      continue;
+    }
     const bool there = i < model.textures.size() && !model.textures[i].pixels.empty();
     require(
         there || options.side || options.missing == MissingPictures::assume,
@@ -162,7 +177,8 @@ Model read_input(const std::filesystem::path& path, const LoadOptions& options,
                       {.textures = options.textures,
                        .pictures = options.missing == MissingPictures::unneeded
                                        ? ReadModelOptions::Pictures::where_there
-                                       : ReadModelOptions::Pictures::read,
+                                   : options.missing == MissingPictures::by_head ? ReadModelOptions::Pictures::skip
+                                                                                 : ReadModelOptions::Pictures::read,
                        .not_finite = NotFinite::keep,
                        .slot = options.slot,
                        .uv_set = options.uv_set,

@@ -19,6 +19,7 @@ namespace mq {
 enum class MissingPictures {
   refuse,   ///< an error
   assume,   ///< as if they had `assumed_side`² texels, with a remark
+  by_head,  ///< pictures are not read: how large they are is what the heads of their files say
   unneeded  ///< nothing: only the shape is of interest, and there is no atlas
 };
 inline constexpr int assumed_texture_side = 2048;  ///< what `unwrap` packs charts for by default

@@ -1,0 +1,62 @@
+// mpirun -n N marquetry-mpi VERB INPUT... -o OUTPUT [options]
+//
+// The frame around verbs is that of marquetry; the first process alone speaks and writes the report.
+#include <petscsys.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "filter.h"
+#include "processes.h"
+#include "shell/program.h"
+
+namespace {
+
+bool gives(const std::vector<std::string>& words, const std::string& option) {
+  return std::ranges::any_of(words, [&](const std::string& word) {
+    return word == option || word.starts_with(option + "=");
+  });
+}
+
+/// Without what the first process does for all.
+void leave_out_reports(std::vector<std::string>& words) {
+  std::erase(words, "--json");
+  for (auto word = words.begin(); word != words.end();) {
+    if (*word == "--report" && word + 1 != words.end())
+      word = words.erase(word, word + 2);
+    else if (word->starts_with("--report="))
+      word = words.erase(word);
+    else
+      ++word;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // Words after "--petsc" are PETSc's, for those who know it.
+  std::vector<std::string> words(argv + 1, argv + argc);
+  const auto end = std::ranges::find(words, "--petsc");
+  std::vector<char*> theirs{argv[0]};
+  for (auto word = end == words.end() ? end : end + 1; word != words.end(); ++word) theirs.push_back(word->data());
+  int their_count = int(theirs.size());
+  theirs.push_back(nullptr);
+  char** their_words = theirs.data();
+  if (PetscInitialize(&their_count, &their_words, nullptr, nullptr) != 0) return 2;
+  PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr);
+
+  std::vector<std::string> ours(words.begin(), end);
+  int status = 0;
+  {
+    const mq::shared::Processes processes;
+    mq::shared::silence_others(processes);
+    // One thread each unless asked otherwise: there are as many processes as the machine is to be busy with.
+    if (!ours.empty() && !ours[0].starts_with("-") && ours[0] != "help" && !gives(ours, "--threads"))
+      ours.insert(ours.begin() + 1, {"--threads", "1"});
+    if (!processes.is_first()) leave_out_reports(ours);
+    status = mq::app::run_program({mq::shared::filter_verb()}, ours);
+  }
+  PetscFinalize();
+  return status;
+}

@@ -1,0 +1,42 @@
+#pragma once
+/// What conjugate gradients over several processes are preconditioned by.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mq/linear/conjugate_gradients.h"
+#include "shared_matrix.h"
+
+namespace mq::shared {
+
+enum class Solver {
+  multigrid,  ///< our cycle in every process, over what it owns and a rim around that, and a coarse level for all
+  boomeramg,  ///< hypre's
+  gamg        ///< PETSc's
+};
+
+class SharedPreconditioner {
+ public:
+  virtual ~SharedPreconditioner() = default;
+  /// Z ≈ A⁻¹·R of the own rows. Every process must call it.
+  virtual void apply(const Signal& R, Signal& Z) const = 0;
+  /// For the report.
+  virtual std::string name() const = 0;
+};
+
+/// Every process must call it; the matrix must outlive the preconditioner. `texels` are those of the part's space,
+/// taken before that was let go of: they say where the own texels lie.
+std::unique_ptr<SharedPreconditioner> make_preconditioner(Solver solver, const Processes& processes,
+                                                          const SharedMatrix& matrix, const Numbering& numbering,
+                                                          const TexelPart& part, const Texels& texels);
+
+/// hypre's or PETSc's, by the name of its kind.
+std::unique_ptr<SharedPreconditioner> algebraic_multigrid(Solver solver, const SharedMatrix& matrix);
+
+/// The additive one of `schwarz.cpp`.
+std::unique_ptr<SharedPreconditioner> schwarz_multigrid(const Processes& processes, const SharedMatrix& matrix,
+                                                        const Numbering& numbering, const TexelPart& part,
+                                                        const Texels& texels);
+
+}  // namespace mq::shared
