@@ -271,7 +271,7 @@ TEST(TextureShock, LeavesNoSeamWhereEdgesCrossOne) {
 TEST(TextureShock, PreparedOnceGivesTheBitsOfEachTime) {
   const Sheet sheet({.cells = 12, .parts = 2, .scale = 0.7}, 150);
   const TextureShock prepared(sheet.model->surface, sheet.model->atlas, sheet.space, sheet.signal,
-                              {.weights = {1e-4, 1e-4}});
+                              {.weights = {1e-4, 1e-4}, .time = {}});
   for (const double tau : {2.0, 0.5, 0.0}) {
     const ShockedTexture one = sheet.shock(tau), other = prepared.at({ShockTime::Unit::relative, tau});
     EXPECT_TRUE(one.signal == other.signal);
@@ -282,7 +282,8 @@ TEST(TextureShock, PreparedOnceGivesTheBitsOfEachTime) {
 
 TEST(TextureShock, RefusesValuesWhoseSlopesSquaredAreNoNumbers) {
   const Sheet sheet({.cells = 12, .parts = 2, .scale = 0.7}, 60);
-  EXPECT_THROW(texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, 1e30 * sheet.signal, {.weights = {}}),
+  EXPECT_THROW(texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, 1e30 * sheet.signal,
+                             {.weights = {}, .time = {}}),
                InvalidInput);
 }
 

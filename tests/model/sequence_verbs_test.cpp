@@ -184,7 +184,7 @@ TEST(VerbExport, WritesWhatWasCaptured) {
   const EvolvingReader reader = sheet.reader();
   std::filesystem::create_directory(sheet.folder / "ours");
   for (const std::string output : {"out_%d.png", "out_%d.obj", "out.mp4", "out.glb"}) {
-    sheet.run({"export", "sheet.evolving", "-o", output, "--from", "frame_%d.ply", "--size", "64"});
+    sheet.run({"export", "sheet.evolving", "-o", output, "--from", "frame_%d.ply", "--size", "64", "--overwrite"});
     CapturedTextures captured = sheet.captured(reader);
     const std::vector<CapturedFigures> found =
         write_captured(captured, sheet.path("ours/" + output), {}, Compression::none, sheet.messages);

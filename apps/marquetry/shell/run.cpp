@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -65,11 +66,20 @@ void Run::MadeFolders::make(const std::filesystem::path& folder) {
 
 namespace {
 
+/// Whether a model of this name is there, in whatever format.
+bool has_model_of_name(std::filesystem::path path) {
+  constexpr const char* extensions[] = {".obj", ".ply", ".gltf", ".glb", ".usda", ".usdz"};
+  return std::ranges::any_of(extensions, [&](const char* extension) {
+    std::error_code failure;
+    return std::filesystem::exists(path.replace_extension(extension), failure);
+  });
+}
+
 /// Throws where a new model would come with pictures or materials whose names nobody gave, and that are there: another
 /// model may show them.
 void protect_unnamed(const std::vector<std::filesystem::path>& paths) {
   std::error_code failure;
-  if (paths.empty() || !names_model(paths[0]) || std::filesystem::exists(paths[0], failure)) return;
+  if (paths.empty() || !names_model(paths[0]) || has_model_of_name(paths[0])) return;
   for (std::size_t i = 1; i < paths.size(); ++i)
     if (std::filesystem::exists(paths[i], failure))
       throw IoError(fmt::format("{0}: exists already, and the new {1} would replace it: choose another name than {1}, "

@@ -37,14 +37,14 @@ bool holds_cameras(const fs::path& folder) {
 }
 
 /// The mesh with a black picture.
-TexturedModel black_model(const std::string& name, const Mesh& mesh, int side, Messages& messages) {
+TexturedModel black_model(const std::string& name, const Mesh& mesh, int width, Messages& messages) {
   Model model;
   model.path = name;
   model.mesh = mesh;
   Texture& texture = model.textures.emplace_back();
   texture.name = "texture.png";
   texture.format.file_format = "png";
-  texture.pixels = Image<float>(side, side, 3);
+  texture.pixels = Image<float>(width, width, 3);
   TexturedModel scene =
       textured_model(std::move(model), {.weld = {.kind = WeldOptions::Kind::none}}, messages);
   require_usable(scene.defects(), name);
@@ -52,11 +52,11 @@ TexturedModel black_model(const std::string& name, const Mesh& mesh, int side, M
 }
 
 /// Texels whose square a triangle touches, at one of `samples`² places of it.
-Image<char> touched_texels(const Mesh& mesh, int side, int samples) {
-  const TexelOwners owners(mesh, side, side, samples);
-  Image<char> inside(side, side, 1);
-  for (int row = 0; row < side * samples; ++row)
-    for (int column = 0; column < side * samples; ++column)
+Image<char> touched_texels(const Mesh& mesh, int width, int samples) {
+  const TexelOwners owners(mesh, width, width, samples);
+  Image<char> inside(width, width, 1);
+  for (int row = 0; row < width * samples; ++row)
+    for (int column = 0; column < width * samples; ++column)
       if (owners.owner(column, row).triangle >= 0 && owners.owner(column, row).distance == 0)
         inside(column / samples, row / samples) = 1;
   return inside;
@@ -66,10 +66,10 @@ Image<char> touched_texels(const Mesh& mesh, int side, int samples) {
 TextureFrame as_frame(const TexturedModel& scene, const Texels& texels, std::span<const int> labels) {
   TextureFrame frame;
   frame.picture = scene.model.textures[0].pixels;
-  const int side = frame.picture.width();
-  frame.inside = touched_texels(scene.model.mesh, side, TextureFrameOptions().samples);
+  const int width = frame.picture.width();
+  frame.inside = touched_texels(scene.model.mesh, width, TextureFrameOptions().samples);
   frame.texels = std::ranges::count(frame.inside.values(), 1);
-  Image<char> known(side, side, 1);
+  Image<char> known(width, width, 1);
   for (int k = 0; k < texels.size(); ++k) {
     const Texels::Place& at = texels.places[std::size_t(k)];
     known(at.x, at.y) = 1;
@@ -110,8 +110,8 @@ std::vector<Photograph> photographs_of_frame(const FrameFile& frame, const Photo
   return photographs;
 }
 
-PhotographedFrames::PhotographedFrames(int side, PhotographedOptions options, Messages& messages)
-    : side_(side), options_(std::move(options)), messages_(messages), labels_(side, side, 1) {}
+PhotographedFrames::PhotographedFrames(int width, PhotographedOptions options, Messages& messages)
+    : side_(width), options_(std::move(options)), messages_(messages), labels_(width, width, 1) {}
 
 TextureFrame PhotographedFrames::texture(const std::string& name, const Mesh& mesh,
                                          std::span<const Photograph> photographs, const Progress& progress) {
