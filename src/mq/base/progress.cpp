@@ -26,8 +26,11 @@ Progress Progress::step(const std::string& name, double share) const {
   check();
   share = std::clamp(share, 0.0, 1.0 - given_);
   child.root_ = root_;
-  const bool again = path_ == name || path_.ends_with(" / " + name);  // what it is already called
-  child.path_ = path_.empty() || again ? (again ? path_ : name) : path_ + " / " + name;
+  const bool is_called_so = path_ == name || path_.ends_with(" / " + name);
+  if (path_.empty())
+    child.path_ = name;
+  else
+    child.path_ = is_called_so ? path_ : path_ + " / " + name;
   child.begin_ = begin_ + length_ * given_;
   child.length_ = length_ * share;
   given_ += share;

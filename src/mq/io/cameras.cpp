@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -260,6 +261,14 @@ nlohmann::ordered_json camera_json(const Photograph& photograph) {
 }
 
 }  // namespace
+
+bool names_cameras(const fs::path& path) {
+  constexpr const char* files[] = {".json", ".out", ".xml", ".xmp", ".mvs", ".txt", ".bin"};
+  constexpr const char* in_folders[] = {"transforms.json", "cameras.txt", "images.txt", "cameras.bin", "sparse"};
+  std::error_code ignored;
+  if (!fs::is_directory(path, ignored)) return std::ranges::count(files, lower_extension(path)) > 0;
+  return std::ranges::any_of(in_folders, [&](const char* name) { return fs::exists(path / name, ignored); });
+}
 
 CameraSet read_camera_set(const fs::path& path, const CamerasOptions& options) {
   CameraEntries entries = read_entries(path);

@@ -68,6 +68,9 @@ struct CamerasOptions {
 /// to be there; and `Unsupported` for lenses and versions that are not known.
 CameraSet read_camera_set(const std::filesystem::path& path, const CamerasOptions& options = {});
 
+/// Whether `path` is one of these but glTF, and no mesh: by the name of a file, by what is in a folder.
+bool names_cameras(const std::filesystem::path& path);
+
 /// Its photographs, none of which is missing.
 std::vector<Photograph> read_cameras(const std::filesystem::path& path);
 

@@ -3,16 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <limits>
-#include <string_view>
 #include <utility>
 
 #include "mq/base/error.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/image/spread.h"
-#include "mq/io/file_names.h"
 #include "mq/model/model_signal.h"
 #include "mq/model/textured_model.h"
 #include "mq/video/texel_owners.h"
@@ -21,20 +18,6 @@ namespace mq {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// What a folder of cameras has in it.
-constexpr std::array<std::string_view, 5> in_folders_of_cameras = {"transforms.json", "cameras.txt", "images.txt",
-                                                                    "cameras.bin", "sparse"};
-
-/// What files of cameras end in.
-constexpr std::array<std::string_view, 7> camera_extensions = {".json", ".out", ".xml", ".xmp", ".mvs", ".txt", ".bin"};
-
-bool holds_cameras(const fs::path& folder) {
-  return std::ranges::any_of(in_folders_of_cameras, [&](std::string_view name) {
-    std::error_code ignored;
-    return fs::exists(folder / name, ignored);
-  });
-}
 
 /// The mesh with a black picture.
 TexturedModel black_model(const std::string& name, const Mesh& mesh, int width, Messages& messages) {
@@ -83,10 +66,7 @@ TextureFrame as_frame(const TexturedModel& scene, const Texels& texels, std::spa
 }  // namespace
 
 bool names_camera_frames(const std::string& name) {
-  std::error_code ignored;
-  if (fs::is_directory(name, ignored)) return holds_cameras(name);
-  const std::string extension = lower_extension(fs::path(name));
-  return extension.empty() ? has_frame_place(name) : std::ranges::count(camera_extensions, extension) > 0;
+  return names_cameras(name) || (has_frame_place(name) && !fs::path(name).has_extension());
 }
 
 std::vector<FrameFile> find_camera_frames(const std::string& name, const std::vector<int>& numbers) {

@@ -31,10 +31,10 @@ constexpr double least_in_noise = 9;
 /// Triangles are renewed once one is so many times as long or as large as at rest; then all that the verb
 /// remesh takes for distorted are.
 constexpr double most_distortion = 4.5;
-/// Mean edges of what is tracked, in the spacing of a graph's nodes: what a graph can follow; and
-/// shorter, so that what is replaced does not take much with it that could have stayed.
 /// Seeds of frames that are so many edges from each other are of one place.
 constexpr int near_edges = 2;
+/// Mean edges of what is tracked, in the spacing of a graph's nodes: what a graph can follow; and
+/// shorter, so that what is replaced does not take much with it that could have stayed.
 constexpr double longest_left = 0.5, longest_remeshed = 0.3;
 
 TrackOptions track_options(const TemplateFollowerOptions& options) {

@@ -76,6 +76,19 @@ void PartWindows::add(const TexturePlace& place) {
   extend(windows_[std::size_t(place.texture)], x - around, y - around, x + 2 + around, y + 2 + around);
 }
 
+template <class Visit>
+void PartWindows::for_each_needed(const Visit& visit) const {
+  for (int b = 0; b < owners_.blocks.count(); ++b) {
+    if (owners_.part[std::size_t(b)] != part_) continue;
+    const TexelBlocks::Extent at = owners_.blocks.extent(b);
+    visit(at.texture, at.x0 - near_, at.y0 - near_, at.x1 + near_, at.y1 + near_);
+  }
+  for (const std::int64_t cell : added_) {
+    const int k = int(cell >> 40), y = int(cell >> 20 & 0xfffff) - 1, x = int(cell & 0xfffff) - 1;
+    visit(k, x - around, y - around, x + 1 + around, y + 1 + around);
+  }
+}
+
 void PartWindows::close() {
   coarse_.resize(windows_.size());
   for (std::size_t k = 0; k < windows_.size(); ++k) {
@@ -95,15 +108,7 @@ void PartWindows::close() {
       for (int c = std::max(0, (x0 - w.x0) / coarse_side); c <= std::min(columns - 1, (x1 - w.x0) / coarse_side); ++c)
         coarse_[std::size_t(k)][std::size_t(r * columns + c)] = 1;
   };
-  for (int b = 0; b < owners_.blocks.count(); ++b) {
-    if (owners_.part[std::size_t(b)] != part_) continue;
-    const TexelBlocks::Extent at = owners_.blocks.extent(b);
-    mark(at.texture, at.x0 - near_, at.y0 - near_, at.x1 + near_, at.y1 + near_);
-  }
-  for (const std::int64_t cell : added_) {
-    const int k = int(cell >> 40), y = int(cell >> 20 & 0xfffff) - 1, x = int(cell & 0xfffff) - 1;
-    mark(k, x - around, y - around, x + 1 + around, y + 1 + around);
-  }
+  for_each_needed(mark);
 }
 
 bool PartWindows::meets(int texture, const std::array<TexelPoint, 3>& corners) const {
@@ -143,15 +148,7 @@ std::vector<char> PartWindows::cells(const Atlas& part) const {
       for (int x = std::max(x0 - w.x0, from_x); x < std::min(x1 - w.x0, to_x); ++x)
         wanted[std::size_t(grid.cell(k, x, y))] = 1;
   };
-  for (int b = 0; b < owners_.blocks.count(); ++b) {
-    if (owners_.part[std::size_t(b)] != part_) continue;
-    const TexelBlocks::Extent at = owners_.blocks.extent(b);
-    mark(at.texture, at.x0 - near_, at.y0 - near_, at.x1 + near_, at.y1 + near_);
-  }
-  for (const std::int64_t cell : added_) {
-    const int k = int(cell >> 40), y = int(cell >> 20 & 0xfffff) - 1, x = int(cell & 0xfffff) - 1;
-    mark(k, x - around, y - around, x + 1 + around, y + 1 + around);
-  }
+  for_each_needed(mark);
   return wanted;
 }
 

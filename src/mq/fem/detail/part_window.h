@@ -46,6 +46,11 @@ class PartWindows {
   std::array<int, 2> wrapped(const TexturePlace& place) const;
   bool owns_near(int texture, int x, int y) const;
 
+  /// visit(texture, x0, y0, x1, y1) of rectangles [x0, x1) × [y0, y1) of cells that are needed: around the part's
+  /// blocks and around places that were added.
+  template <class Visit>
+  void for_each_needed(const Visit& visit) const;
+
   const Atlas& atlas_;
   const BlockOwners& owners_;
   int part_, near_;
