@@ -111,5 +111,14 @@ TEST(ConfirmedChanges, HolesThatStayAreFollowedAtOnce) {
   EXPECT_EQ(starts[0], 1);
 }
 
+TEST(ConfirmedChanges, OfOneMeshThatMovesNothingPasses) {
+  std::vector<MemoryFrames::Frame> frames = with_hole(5, 1, 2);
+  EXPECT_TRUE(segment_starts(frames, 3).empty());
+  frames[2].model = frames[1].model;
+  const std::vector<int> starts = segment_starts(frames, 3);
+  ASSERT_FALSE(starts.empty());
+  EXPECT_EQ(starts[0], 1);
+}
+
 }  // namespace
 }  // namespace mq

@@ -41,7 +41,8 @@ std::vector<float> values_at(const std::vector<SurfacePoint>& places, const Mesh
 
 CapturedFrame::CapturedFrame(const FrameLoader& loader, int frame, const Mesh* before,
                              const CaptureOptions& options)
-    : loader_(loader), frame_(frame), options_(options), model_(loader.read(frame)) {
+    : loader_(loader), frame_(frame), options_(options), model_(loader.read(frame)),
+      of_file_{model_.mesh.positions.size(), model_.mesh.triangles.size()} {
   Oriented found = oriented(model_.mesh, before);
   model_.mesh = std::move(found.mesh);
   turned_ = std::move(found.turned);

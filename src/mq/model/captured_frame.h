@@ -49,6 +49,10 @@ class CapturedFrame {
   /// Of the file, of turning, and what `make_surface` finds.
   Defects defects() const;
 
+  /// Whether both are, by what is counted in their files, one mesh that moves: as many vertices and
+  /// triangles. What was meshed anew has others.
+  bool is_mesh_of(const CapturedFrame& other) const { return of_file_ == other.of_file_; }
+
   bool has_truth() const { return options_.truth != Truth::none; }
 
   /// Read when it is first asked for, once. Throws `InvalidInput` where the frame has none, or one
@@ -63,6 +67,11 @@ class CapturedFrame {
   TrackTemplate as_template(double step, int first_vertex_id, int first_triangle_id);
 
  private:
+  struct Counts {
+    std::size_t vertices, triangles;
+    bool operator==(const Counts&) const = default;
+  };
+
   void cut_long_triangles();
   std::vector<char> of_file() const;
   MaterialFrame read_truth() const;
@@ -72,6 +81,7 @@ class CapturedFrame {
   int frame_;
   CaptureOptions options_;
   Model model_;
+  Counts of_file_;
   std::vector<Triangle> uncut_;       ///< the file's triangles; empty: none were cut
   std::vector<SurfacePoint> places_;  ///< per vertex in the file's mesh; empty: none were cut
   std::vector<int> turned_;

@@ -200,13 +200,19 @@ void TemplateFollower::begin(CapturedFrame& frame, double step, FollowedFrame& f
 
 /// What is not to be replaced, as the frames after do not ask for it. Only distances ask: what is
 /// distorted is so in all frames.
-PassingPlaces TemplateFollower::passing(const SearchedSurface& from, const SearchedSurface& to,
+PassingPlaces TemplateFollower::passing(const CapturedFrame& frame, const SearchedSurface& from,
                                         const FrameAhead& ahead, double step, RemeshOptions how) {
   how.rest = {};
+  const SearchedSurface to{frame.target().surface(), frame.target().closest()};
   const RemeshSeeds seeds = remesh_seeds(from, to, how);
   std::vector<SeedPlaces> places;
   const auto any = [](const std::vector<char>& all) { return std::ranges::count(all, 1) > 0; };
-  if (any(seeds.of_template) || any(seeds.of_target))
+  const auto can_pass = [&] {
+    if (options_.confirming_frames == 0) return false;
+    const CapturedFrame* next = ahead(1, mesh());
+    return next != nullptr && !frame.is_mesh_of(*next);
+  };
+  if ((any(seeds.of_template) || any(seeds.of_target)) && can_pass())
     for (int after = 1; after <= options_.confirming_frames; ++after) {
       const Tracked* there = track_ahead(after, ahead, step);
       if (there == nullptr) break;
@@ -239,7 +245,7 @@ std::optional<Remeshed> TemplateFollower::remeshed_within(CapturedFrame& frame,
     how.accuracy = part * far;
     how.left_of_template = how.left_of_target = {};
     if (how.accuracy >= tolerance) continue;
-    const PassingPlaces left = passing(from, to, ahead, step, how);
+    const PassingPlaces left = passing(frame, from, ahead, step, how);
     if (left.seeds > 0 && part > 0 && how.accuracy < least_in_noise * noise * target.diagonal())
       break;
     how.left_of_template = left.of_template;

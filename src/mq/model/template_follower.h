@@ -35,7 +35,8 @@ struct TemplateFollowerOptions {
   /// The frame's own mesh is the template where 95 % are not within this; nothing: never.
   std::optional<double> restart = {};
   /// How many frames after one must ask for a change as well, where it is made: holes and handles that
-  /// a capture shows for no longer are not followed. 0: none are read ahead.
+  /// a capture shows for no longer are not followed. None are asked where the next frame is the same
+  /// mesh, moved: nothing comes and goes then. 0: none are read ahead.
   int confirming_frames = 3;
   Truth truth = Truth::none;
   enum class Colours {
@@ -103,7 +104,7 @@ class TemplateFollower {
                     FollowedFrame& found, const Progress& progress);
   std::optional<Remeshed> remeshed_within(CapturedFrame& frame, const FrameAhead& ahead,
                                           double step, const Progress& progress);
-  PassingPlaces passing(const SearchedSurface& from, const SearchedSurface& to,
+  PassingPlaces passing(const CapturedFrame& frame, const SearchedSurface& from,
                         const FrameAhead& ahead, double step, RemeshOptions how);
   void replace_parts(CapturedFrame& frame, double step, const Remeshed& remeshed,
                      FollowedFrame& found);
