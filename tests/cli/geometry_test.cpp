@@ -69,6 +69,8 @@ TEST(FilterGeometry, SmoothsAndSharpensAShapeAndSaysHowItChanged) {
   ASSERT_EQ(thin.status, 0) << thin.error;
   EXPECT_LT(thin.json()["result"]["volume"]["change"].get<double>(), -0.1);
   EXPECT_THAT(thin.error, HasSubstr("parts that are thin may have come through each other; without --normals"));
+  // Said before it begins as well.
+  EXPECT_LT(thin.error.find("may come through itself"), thin.error.find("% prepare")) << thin.error;
   const Result said = filter(folder, {"ball.ply", "-o", "out.ply", "--beta", "0"});
   EXPECT_THAT(said.output, HasSubstr("area 12.")) << said.output;
   EXPECT_THAT(said.output, HasSubstr("volume 4."));

@@ -60,10 +60,12 @@ std::pair<std::vector<Vector3>, SolveReport> filtered_shape(const Surface& surfa
   return {std::move(shape.positions), worst_of({found.report, shape.report})};
 }
 
+bool sharpens_normals(const OptionValues& options) { return options.flag("normals") && asked_beta(options) > 1; }
+
 /// What keeps more of a shape's size. Normals that turn more foreshorten more, in any number of small steps;
 /// positions do not.
 std::string advice_on_size(const OptionValues& options) {
-  if (options.flag("normals") && asked_beta(options) > 1)
+  if (sharpens_normals(options))
     return "parts that are thin may have come through each other; without --normals, and with half the --length, more "
            "of it is kept";
   return "a shorter --length or a --beta nearer to 1 keeps more of it";
@@ -85,6 +87,9 @@ Exit filter_geometry(Run& run) {
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;
+  if (sharpens_normals(options))
+    run.terminal().remark("normals that are sharpened make a shape thinner, and what is thin may come through itself; "
+                          "without --normals it is made thicker");
 
   std::vector<Vector3> positions;
   about(scene.model, [&] {
