@@ -164,6 +164,30 @@ TEST(LocalMultigrid, EstimatesItsError) {
   }
 }
 
+TEST(LocalMultigrid, SolvesEachChannelAsIfItWereAlone) {
+  const System s;
+  const Vector b = forces(s);
+  LocalMultigrid alone(s.hierarchy.multigrid(), 1);
+  alone.choose(s.middle(25));
+  LocalSolve wanted;
+  const Vector x = solve(s, alone, b, 1e-3, &wanted);
+  const Scaling& scaling = s.hierarchy.scaling();
+  for (const int forced : {0, 2, 3}) {  // the others stay 0, and need no cycle
+    LocalMultigrid four(s.hierarchy.multigrid(), 4);
+    four.choose(s.middle(25));
+    for (const int i : four.rows())
+      four.right_hand_side()[std::size_t(i) * 4 + forced] = float(scaling.common * scaling.row(i) * b[i]);
+    const LocalSolve report = four.solve({.error = 1e-3, .max_cycles = 30});
+    EXPECT_EQ(report.cycles, wanted.cycles);
+    EXPECT_NEAR(report.error, wanted.error, 0.01 * wanted.error);
+    for (const int i : four.rows())
+      for (int channel = 0; channel < 4; ++channel)
+        ASSERT_NEAR(scaling.row(i) * double(four.solution()[std::size_t(i) * 4 + channel]),
+                    channel == forced ? x[i] : 0, 1e-5 * x.cwiseAbs().maxCoeff())
+            << forced << ", " << channel;
+  }
+}
+
 TEST(LocalMultigrid, CostsTheRowsThatItSolves) {
   const auto updates = [](const System& s, double radius) {
     LocalMultigrid local(s.hierarchy.multigrid(), 1);

@@ -67,12 +67,11 @@ void Run::MadeFolders::make(const std::filesystem::path& folder) {
 namespace {
 
 /// Whether a model of this name is there, in whatever format.
-bool has_model_of_name(std::filesystem::path path) {
-  constexpr const char* extensions[] = {".obj", ".ply", ".gltf", ".glb", ".usda", ".usdz"};
-  return std::ranges::any_of(extensions, [&](const char* extension) {
-    std::error_code failure;
-    return std::filesystem::exists(path.replace_extension(extension), failure);
-  });
+bool has_model_of_name(const std::filesystem::path& path) {
+  std::error_code failure;
+  for (const auto& beside : std::filesystem::directory_iterator(full_name(path).parent_path(), failure))
+    if (beside.path().stem() == path.stem() && names_model(beside.path())) return true;
+  return false;
 }
 
 /// Throws where a new model would come with pictures or materials whose names nobody gave, and that are there: another
