@@ -21,6 +21,9 @@ namespace {
 using walk::after;
 using walk::before;
 
+/// Of a rate of weights, what is 0.
+constexpr double rounding = 1e-12;
+
 class Tracer {
  public:
   Tracer(const TraceMesh& mesh, const Vector& field, double step)
@@ -102,10 +105,13 @@ class Tracer {
       ++counts.triangles;
       const FlatTriangle& shape = mesh_.shape(at.triangle);
       Vector3 rate = rates(at.triangle, d);
-      // Off a vertex along a boundary the rate across is 0 but for rounding.
+      // Off a vertex along an edge the rate across is 0 but for rounding, and the other vertex is met.
       const int corner = vertex_corner(at.b);
-      if (corner >= 0)
-        for (const int k : {after(corner), before(corner)}) rate[k] = std::max(rate[k], 0.0);
+      if (corner >= 0) {
+        for (const int k : {after(corner), before(corner)})
+          if (rate[k] < rounding * rate.cwiseAbs().maxCoeff()) rate[k] = 0;
+        rate[corner] = -(rate[after(corner)] + rate[before(corner)]);
+      }
       int k = -1;
       double reached = std::numeric_limits<double>::infinity();
       for (int i = 0; i < 3; ++i)
