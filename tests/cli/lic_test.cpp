@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "cli/models.h"
@@ -48,6 +49,47 @@ TEST(Lic, FollowsAFieldFromAFile) {
       across += std::abs(lines.pixels(x, y) - lines.pixels(x, y + 1));
     }
   EXPECT_LT(4 * along, across);  // values spread over less than four texels here
+}
+
+/// A field a hundred times as weak in the second square: its lines are neither broader nor fainter, but where that is
+/// asked for.
+TEST(Lic, DrawsWeakFieldsByLinesOfTheSameWidthAndContrast) {
+  const Folder folder;
+  write_strip(folder, 320, 240);
+  const Model strip = read_model(folder / "strip.obj");
+  std::vector<Vector3> field(std::size_t(strip.mesh.triangle_count()), {1, 0, 0});
+  for (int t = 0; t < strip.mesh.triangle_count(); ++t)
+    if (strip.mesh.position(t, 0).x() + strip.mesh.position(t, 1).x() + strip.mesh.position(t, 2).x() > 3)
+      field[std::size_t(t)] *= 0.01;
+  write_vector_field(folder / "f.vf", strip.mesh, field);
+  struct Half {
+    double contrast, slope;
+  };
+  const auto halves = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {"lic", "strip.obj", "--field", "f.vf", "--over", "nothing", "-o", "l.png", "--overwrite"};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(marquetry(folder, words).status, 0);
+    const Image<float> image = read_texture(folder / "l.png").pixels;
+    std::array<Half, 2> result;
+    for (const int half : {0, 1}) {
+      double sum = 0, squares = 0, slopes = 0;
+      int count = 0;
+      for (int y = 48; y < 192; ++y)
+        for (int x = 40 + 160 * half; x < 120 + 160 * half; ++x, ++count) {
+          const double value = image(x, y);
+          sum += value, squares += value * value, slopes += std::pow(image(x, y + 1) - value, 2);
+        }
+      const double mean = sum / count;
+      result[std::size_t(half)].contrast = std::sqrt(squares / count - mean * mean);
+      result[std::size_t(half)].slope = std::sqrt(slopes / count) / result[std::size_t(half)].contrast;
+    }
+    return result;
+  };
+  const auto [strong, weak] = halves({});
+  EXPECT_NEAR(weak.contrast, strong.contrast, 0.1 * strong.contrast);
+  EXPECT_NEAR(weak.slope, strong.slope, 0.1 * strong.slope);
+  const auto [clear, faded] = halves({"--strength", "scaled"});
+  EXPECT_LT(faded.contrast, 0.5 * clear.contrast);
 }
 
 /// The same strip with charts of another size, and the second one turned by a quarter.

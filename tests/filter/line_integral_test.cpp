@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "fem/cut_squares.h"
 #include "mq/fem/field_metric.h"
@@ -128,6 +130,77 @@ TEST(LineIntegral, LeavesAConstantAlone) {
       space, space, constant, {.weight = 0.1, .sharpen_weight = 1e-4}, direct_solver());
   EXPECT_LE((lines.signal - constant).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_TRUE((with_contrast(lines.signal).array() == 0.5).all());
+}
+
+/// Of texels of the unit square.
+Signal function_of(const TexelSpace& space, const std::function<double(double, double)>& f) {
+  Signal values(space.size(), 1);
+  for (std::int64_t i = 0; i < space.size(); ++i)
+    values(i, 0) = f(space.texels().positions[std::size_t(i)][0], space.texels().positions[std::size_t(i)][1]);
+  return values;
+}
+
+// Fine waves five times as strong on the right as on the left, on a wave as wide as the square: the wide one goes,
+// the fine ones become alike.
+TEST(EvenedLines, AreAsClearEverywhereAndHaveNoBroadBands) {
+  fixtures::CutOptions whole;
+  whole.parts = 1;
+  whole.scale = 0.9;
+  const auto model = fixtures::textured(fixtures::cut_square(whole), {{300, 300}});
+  const TexelSpace space(model->surface, model->atlas);
+  const double wave = 2 * std::numbers::pi / 0.04;
+  const Signal lines = function_of(space, [&](double x, double y) {
+    return (1 + 4 * x) * std::sin(wave * y) + 5 * std::cos(std::numbers::pi * y);
+  });
+  const Signal even = evened(space, lines, 0.04 * 0.04, direct_solver());
+  const Signal fine = function_of(space, [&](double, double y) { return std::sqrt(2) * std::sin(wave * y); });
+  double error = 0;
+  for (std::int64_t i = 0; i < space.size(); ++i) {
+    const auto& p = space.texels().positions[std::size_t(i)];
+    if (std::min({p[0], p[1], 1 - p[0], 1 - p[1]}) < 0.15) continue;
+    error = std::max(error, std::abs(even(i, 0) - fine(i, 0)));
+  }
+  EXPECT_LT(error, 0.2);
+}
+
+TEST(EvenedLines, AreTheSameTimesANumberAndNothingOfAConstant) {
+  const auto model = fixtures::textured(fixtures::cut_square({}), {{40, 40}});
+  const TexelSpace space(model->surface, model->atlas);
+  const Signal lines = function_of(space, [](double x, double y) { return std::sin(60 * x + 10 * y); });
+  const Signal once = evened(space, lines, 0.01, direct_solver());
+  const Signal thrice = evened(space, 3 * lines, 0.01, direct_solver());
+  EXPECT_LE((once - thrice).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_GT(once.cwiseAbs().maxCoeff(), 1);
+  const Signal constant = Signal::Constant(space.size(), 1, 0.3);
+  EXPECT_TRUE((evened(space, constant, 0.01, direct_solver()).array() == 0).all());
+}
+
+TEST(UsualGrain, IsTwoTexelsOfAnEvenTextureAndAQuarterOfAPerCentOfAFineOne) {
+  for (const int side : {100, 400, 1600}) {
+    const auto model = fixtures::textured(fixtures::cut_square({}), {{side, side}});
+    const TexelSpace space(model->surface, model->atlas);
+    EXPECT_NEAR(usual_grain(space), std::max(0.0025, 2 * space.scale().texel_spacing), 1e-9) << side;
+  }
+}
+
+/// Three squares side by side, of which the last has texels of a side eight times as long.
+TEST(UsualGrain, IsASpacingThatAFifthOfTheSurfaceExceeds) {
+  Mesh mesh;
+  const double scale[] = {0.4, 0.4, 0.05}, left[] = {0.05, 0.5, 0.92};
+  for (int k = 0; k < 3; ++k) {
+    const int first = 4 * k;
+    for (int corner = 0; corner < 4; ++corner) {
+      const double x = corner == 1 || corner == 2, y = corner > 1;
+      mesh.positions.emplace_back(2 * k + x, y, 0);
+      mesh.uvs.push_back(Vector2(left[k] + scale[k] * x, 0.1 + scale[k] * y));
+    }
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.triangles.push_back({first, first + 2, first + 3});
+  }
+  mesh.corner_uvs = mesh.triangles;
+  const auto model = fixtures::textured(mesh, {{400, 400}});
+  const TexelSpace space(model->surface, model->atlas);
+  EXPECT_NEAR(usual_grain(space), 1 / (0.05 * 400), 1e-6);
 }
 
 TEST(SolidNoise, IsAFunctionOfThePlaceAndTheSeed) {

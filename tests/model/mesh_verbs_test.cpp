@@ -210,7 +210,7 @@ TEST(VerbSpectrum, WritesFieldsAndTheirLines) {
   for (const std::size_t k : {0, 1}) {
     write_vector_field(files[k].field, strip.model.model.mesh, found.fields[k]);
     write_lines(files[k], strip.model.model, signal,
-                lines.draw(scaled_to_one(strip.model.surface, found.fields[k])).signal);
+                lines.draw(normalised(strip.model.surface, found.fields[k])).signal);
     ASSERT_EQ(files[k].paths().size(), 2U);
     for (const std::filesystem::path& path : files[k].paths())
       EXPECT_EQ(test::file_bytes(path),

@@ -172,13 +172,15 @@ TEST(VerbLic, SpreadsNoiseAlongAField) {
   const std::string wanted = strip.of_program({"lic", "--field", "gradient", "--over", "nothing"});
   const std::string over = strip.of_program({"lic", "--field", "gradient"}, "over.png");
   const TextureSignal signal = strip.signal();
-  const ModelField found = model_field(strip.model, signal, {.kind = FieldRequest::Kind::gradient});
+  const ModelField found = model_field(
+      strip.model, signal, {.kind = FieldRequest::Kind::gradient, .strength = FieldRequest::Strength::unit});
   const SurfaceScale scale = signal.space().scale();
-  const Signal noise = solid_noise(signal.space().positions(), 2 * signal.scale().texel_spacing);
+  const double grain = usual_grain(signal.space());
+  const Signal noise = solid_noise(signal.space().positions(), grain);
   const FieldLinesOptions usual;
   const LineIntegral lines =
       line_integral(*signal.space_across(found.field, usual.kappa), signal.space(), noise,
-                    {.weight = usual.alpha * scale.area, .sharpen_weight = 1e-4 * scale.area},
+                    suiting(usual.alpha * scale.area, grain),
                     signal.space().solver());
   const Signal colours = signal.values(), grey = with_contrast(lines.signal);
   signal.put(colours, lines_over(colours, grey, 3), strip.model.model);

@@ -87,7 +87,7 @@ void add_field_options(OptionTable& table, const std::string& strength) {
   table.add({.name = "strength",
              .type = Option::Type::choice,
              .default_value = strength,
-             .choices = {strength, kept ? "scaled" : "unit", kept ? "unit" : "scaled"},
+             .choices = kept ? std::vector<std::string>{"kept", "scaled", "unit"} : std::vector<std::string>{"unit", "scaled"},
              .group = "Field",
              .help = kept ? "kept: as it is; scaled: its strongest tenth becomes 1; unit: 1 everywhere"
                           : "unit: lines equally clear everywhere; scaled: they fade where the field is weak"});

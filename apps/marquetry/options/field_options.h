@@ -6,8 +6,8 @@
 
 namespace mq::app {
 
-/// Adds --field, --number, --turned and --strength; `strength` is the default, "automatic" or, with no --field by default, "kept".
-void add_field_options(OptionTable& table, const std::string& strength = "automatic");
+/// Adds --field, --number, --turned and --strength; `strength` is the default, "unit" or, with no --field by default, "kept".
+void add_field_options(OptionTable& table, const std::string& strength = "unit");
 
 /// Adds --field, which is nothing by default, --number, --turned and --kappa with this default; "`what` along a field".
 void add_direction_options(OptionTable& table, const std::string& group, const std::string& what, const std::string& kappa);

@@ -21,7 +21,18 @@ namespace mq::app {
 namespace {
 
 /// Spacing of the noise. Throws `InvalidInput` where it is far from what texels can show.
-double asked_grain(const OptionValues& options, const SurfaceScale& scale) {
+double asked_grain(Run& run, const ModelSignal& domain) {
+  const OptionValues& options = run.options();
+  const SurfaceScale scale = domain.scale();
+  if (!options.has("grain")) {
+    const double grain = usual_grain(domain.space());
+    if (grain > 1.001 * std::max(2 * scale.texel_spacing, 0.0025 * std::sqrt(scale.area)))
+      run.terminal().remark(fmt::format(
+          "a fifth of the surface has texels {:.1f} times as far from each other as the mean, so lines are as wide "
+          "everywhere as these can show; finer by --grain 2tx, which is uneven, or on a texture with larger charts there",
+          grain / scale.texel_spacing));
+    return grain;
+  }
   const std::string text = options.text("grain");
   const double grain = std::sqrt(weight_from_length(parse_length(text), scale));
   const double texels = grain / scale.texel_spacing;
@@ -30,6 +41,13 @@ double asked_grain(const OptionValues& options, const SurfaceScale& scale) {
                       "suits most",
                       text, texels));
   return grain;
+}
+
+LineIntegralOptions asked_lines(const OptionValues& options, const SurfaceScale& scale, double grain) {
+  LineIntegralOptions lines = suiting(spread_weight(options, scale), grain);
+  if (options.has("sharpen")) lines.sharpen_weight = options.number("sharpen") * scale.area;
+  if (options.text("strength") == "scaled") lines.even_weight = 0;  // they fade
+  return lines;
 }
 
 /// Whether the lines go over colours: there are some, and alike in channels.
@@ -47,10 +65,7 @@ Signal lines_by_paths(Run& run, const TexturedModel& scene, const ModelSignal& d
                       double length, const Progress& progress) {
   const TexelVectorSpace vectors(scene.surface, *domain.texel_atlas(), *domain.texel_space());
   const TraceAtlas atlas(scene.surface, *domain.texel_atlas(), *domain.texel_space(), progress.step("order cells", 0.1));
-  // Where a field is weak paths are short: they show noise, and not less of it.
-  FieldRequest request = asked_request(run.options(), scene);
-  if (run.options().text("strength") == "automatic") request.strength = FieldRequest::Strength::unit;
-  const ModelField field = found_field(run, scene, domain, request, progress.step("field", 0.3));
+  const ModelField field = found_field(run, scene, domain, asked_request(run.options(), scene), progress.step("field", 0.3));
   const Vector z = field.texels.size() > 0 ? field.texels : vectors.from_triangles(field.field);
   ConvolvedPaths lines = PathConvolution(vectors, atlas, z).draw(noise, length, progress.step("follow paths", 0.6));
   run.result["paths"] = lines.counts.paths;
@@ -77,8 +92,9 @@ Exit lic(Run& run) {
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
-  check_field(scene, asked_request(options, scene));
-  const bool paths = follows_paths(options, asked_request(options, scene), vertices);
+  const FieldRequest request = asked_request(options, scene);
+  check_field(scene, request);
+  const bool paths = follows_paths(options, request, vertices);
   if (run.dry_run()) return Exit::done;
 
   const bool over = shows_colours(options, scene, vertices);
@@ -92,16 +108,15 @@ Exit lic(Run& run) {
                                TextureSignalOptions::SharedTexels::one_unknown,
                                over ? Pictures::read : Pictures::replaced);
     about(scene.model, [&] {
-      grain = asked_grain(options, domain->scale());
+      grain = asked_grain(run, *domain);
       if (paths) return;
       const ModelField found =
-          found_field(run, scene, *domain, asked_request(options, scene), step.progress().step("field", 0.2));
+          found_field(run, scene, *domain, request, step.progress().step("field", 0.2));
       across = domain->space_across(found.field, options.number("kappa"), step.progress().step("metric", 0.4));
     });
   }
   const SurfaceScale scale = domain->space().scale();
-  const LineIntegralOptions wanted{.weight = spread_weight(options, scale),
-                                   .sharpen_weight = options.number("sharpen") * scale.area};
+  const LineIntegralOptions wanted = asked_lines(options, scale, grain);
   LineIntegral lines;
   about(scene.model, [&] {
     const Signal noise =
@@ -169,8 +184,7 @@ Verb lic_verb() {
              .group = "Lines",
              .help = "diffusion in a metric, or paths through the texels, twice --length both ways: finer",
              .details = "Paths see a field texel by texel, so that strokes and maps may be finer than triangles; they "
-                        "want one with a sign, not curvatures, have no use for --kappa and --sharpen. By diffusion "
-                        "--strength is scaled where nothing else is asked for, by paths unit."});
+                        "want one with a sign, not curvatures, and have no use for --kappa and --sharpen."});
   table.add({.name = "kappa",
              .type = Type::number,
              .default_value = as_typed(FieldLinesOptions{}.kappa),
@@ -180,17 +194,16 @@ Verb lic_verb() {
              .help = "how many times less far they spread across it"});
   table.add({.name = "grain",
              .type = Type::length,
-             .default_value = as_typed(FieldLinesOptions{}.grain) + "tx",
              .group = "Lines",
-             .help = "size of the noise that is spread, and so the width of lines",
+             .help = "size of the noise that is spread, and so the width of lines [default 0.25%, or what texels can show: "
+                     "2tx, more where they are uneven]",
              .details = "In model units or % it is the same for any texture of the surface."});
   table.add({.name = "sharpen",
              .type = Type::number,
-             .default_value = as_typed(FieldLinesOptions{}.sharpen),
              .least = 0,
              .most = 1e6,
              .group = "Lines",
-             .help = "weight, as --alpha, of the sharpening by 100 that follows; 0: none"});
+             .help = "weight, as --alpha, of the sharpening by 100 that follows [default from the grain]; 0: none"});
   table.add({.name = "deviations",
              .type = Type::number,
              .default_value = as_typed(FieldLinesOptions{}.deviations),

@@ -98,7 +98,7 @@ void write_fields(Run& run, const TexturedModel& scene, const FieldSpectrum& spe
     write_vector_field(files[k].field, scene.model.mesh, spectrum.fields[k]);
     if (!files[k].lines) continue;
     const LineIntegral lines =
-        drawing->draw(scaled_to_one(scene.surface, spectrum.fields[k]), one.step("draw", 0.9));
+        drawing->draw(normalised(scene.surface, spectrum.fields[k]), one.step("draw", 0.9));
     if (!lines.spread.converged || !lines.sharpen.converged)
       run.terminal().warning(
           "lines are less drawn out than they should be: multigrid did not reach its "

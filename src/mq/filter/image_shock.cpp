@@ -11,6 +11,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
+#include "mq/filter/detail/texel_parts.h"
 #include "mq/image/gaussian.h"
 
 namespace mq {
@@ -122,31 +123,99 @@ GridFlow along_laplacian(const Field& phi) {
   return GridFlow::along(phi.width, phi.height, std::move(X));
 }
 
-/// Values of `from` at the ends of paths, bilinear, never outside those of the four pixels around.
+/// Bilinear, never outside the values of the four pixels around.
+void look_up(const Field& from, const std::array<double, 2>& place, double* values) {
+  const auto [column, line] = place;
+  const int i = std::clamp(int(std::floor(column)), 0, from.width - 2);
+  const int j = std::clamp(int(std::floor(line)), 0, from.height - 2);
+  const double u = column - i, v = line - j;
+  for (int c = 0; c < from.channels; ++c) {
+    const double p = from(i, j, c), q = from(i + 1, j, c), r = from(i, j + 1, c),
+                 s = from(i + 1, j + 1, c);
+    const double above = u == 0 ? p : u == 1 ? q : p + u * (q - p);
+    const double below = u == 0 ? r : u == 1 ? s : r + u * (s - r);
+    const double value = v == 0 ? above : v == 1 ? below : above + v * (below - above);
+    const auto [low, high] = std::minmax({p, q, r, s});
+    values[c] = std::clamp(value, low, high);
+  }
+}
+
+/// Values of `from` at the ends of paths.
 Field looked_up(const Field& from, const GridFlow& flow, const std::vector<SurfacePoint>& ends) {
   Field to = from;
   parallel_for(
       from.height,
       [&](std::int64_t row) {
-        const int y = int(row);
-        for (int x = 0; x < from.width; ++x) {
-          const auto [column, line] = flow.place(ends[std::size_t(y) * from.width + x]);
-          const int i = std::clamp(int(std::floor(column)), 0, from.width - 2);
-          const int j = std::clamp(int(std::floor(line)), 0, from.height - 2);
-          const double u = column - i, v = line - j;
-          for (int c = 0; c < from.channels; ++c) {
-            const double p = from(i, j, c), q = from(i + 1, j, c), r = from(i, j + 1, c),
-                         s = from(i + 1, j + 1, c);
-            const double above = u == 0 ? p : u == 1 ? q : p + u * (q - p);
-            const double below = u == 0 ? r : u == 1 ? s : r + u * (s - r);
-            const double value = v == 0 ? above : v == 1 ? below : above + v * (below - above);
-            const auto [low, high] = std::minmax({p, q, r, s});
-            to(x, y, c) = std::clamp(value, low, high);
-          }
-        }
+        for (int x = 0; x < from.width; ++x)
+          look_up(from, flow.place(ends[std::size_t(row) * from.width + x]), &to(x, int(row), 0));
       },
       8);
   return to;
+}
+
+/// Pixels that differ from one around them, where something has changed.
+std::vector<int> pixels_at_jumps(const Field& before, const Field& after) {
+  const Eigen::Map<const Signal> values(before.values.data(), std::int64_t(before.width) * before.height,
+                                        before.channels);
+  const Signal least = least_jumps(values);
+  const auto far = [&](double a, double b, int c) { return std::abs(a - b) > least(0, c); };
+  std::vector<char> jumps(std::size_t(before.width) * before.height);
+  parallel_for(
+      before.height,
+      [&](std::int64_t row) {
+        for (int x = 0; x < before.width; ++x) {
+          const int y = int(row);
+          bool jump = false, changed = false;
+          for (int j = std::max(0, y - 1); j <= std::min(before.height - 1, y + 1); ++j)
+            for (int i = std::max(0, x - 1); i <= std::min(before.width - 1, x + 1); ++i)
+              for (int c = 0; c < before.channels; ++c) {
+                jump |= far(after(x, y, c), after(i, j, c), c);
+                changed |= far(before(i, j, c), after(i, j, c), c);
+              }
+          jumps[std::size_t(y) * before.width + x] = jump && changed;
+        }
+      },
+      8);
+  std::vector<int> result;
+  for (std::size_t i = 0; i < jumps.size(); ++i)
+    if (jumps[i]) result.push_back(int(i));
+  return result;
+}
+
+/// Where pixels differ from those around them the mean of paths from `texel_parts` takes the place of the one path.
+void smooth_outlines(const GridFlow& flow, const Field& signal, double time, Field& result) {
+  const std::vector<int> pixels = pixels_at_jumps(signal, result);
+  constexpr std::size_t most = 1 << 17;  // at once
+  constexpr std::size_t parts = texel_parts.size();
+  const int channels = signal.channels;
+  for (std::size_t first = 0; first < pixels.size(); first += most) {
+    const std::size_t count = std::min(most, pixels.size() - first);
+    std::vector<SurfacePoint> from(count * parts);
+    for (std::size_t n = 0; n < from.size(); ++n) {
+      const int pixel = pixels[first + n / parts];
+      from[n] = flow.point(pixel % signal.width + texel_parts[n % parts][0],
+                           pixel / signal.width + texel_parts[n % parts][1]);
+    }
+    const std::vector<SurfacePoint> to = flow.trace(from, time).ends;
+    parallel_for(std::int64_t(count), [&](std::int64_t n) {
+      const auto begin = std::size_t(pixels[first + std::size_t(n)]) * channels;
+      Signal found(std::int64_t(parts), channels), before(1, channels);
+      for (std::size_t k = 0; k < parts; ++k) {
+        const auto start = flow.place(from[std::size_t(n) * parts + k]), end = flow.place(to[std::size_t(n) * parts + k]);
+        const double left = std::max(0.0, 1 - std::hypot(end[0] - start[0], end[1] - start[1]));
+        look_up(signal, end, &found(std::int64_t(k), 0));
+        look_up(signal, start, before.data());
+        for (int c = 0; c < channels; ++c) {
+          double& value = found(std::int64_t(k), c);
+          const double own = signal.values[begin + c];
+          value = left == 1 ? own : faded(value, left, own, before(0, c));
+        }
+      }
+      // The mean, which rounding must not bring out of the range.
+      for (int c = 0; c < channels; ++c)
+        result.values[begin + c] = std::clamp(found.col(c).mean(), found.col(c).minCoeff(), found.col(c).maxCoeff());
+    });
+  }
 }
 
 /// The image with a side of one pixel repeated.
@@ -192,6 +261,7 @@ ShockedImage follow(const Image<float>& image, const ImageShockOptions& options,
     shocked.counts = shocked.counts + traced.counts;
     shocked.path_seconds += watch.seconds();
     signal = looked_up(iterated ? signal : first, flow, traced.ends);
+    if (steps == 1 && shocked.time > 0) smooth_outlines(flow, first, shocked.time, signal);
     if (!along && k + 1 < steps) carried = looked_up(iterated ? carried : calm, flow, traced.ends);
   }
   std::ranges::copy(signal.values, shocked.image.values().begin());

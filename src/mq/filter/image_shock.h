@@ -54,7 +54,11 @@ struct ShockedImage {
 /// end. So `laplacian` smooths the first signal, by both weights together, and carries that along
 /// the same paths.
 ///
-/// No value leaves the range of its channel, for any time. A pixel whose path rests keeps its
+/// In one step, pixels that differ from one around them by more than a twentieth of the standard deviation become the mean
+/// over paths from eight places in them, so that outlines show no stairs; what a pixel has over the signal at such a place
+/// fades over the first pixel of the way.
+///
+/// No value leaves the range of its channel, for any time. A pixel whose paths rest keeps its
 /// values bit for bit. Alpha is a channel like any other. Images with a side of one pixel are as if
 /// repeated. Throws `InvalidInput` on values that are not finite, steps below 1, and what
 /// `GridFlow` throws.

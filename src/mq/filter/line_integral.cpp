@@ -2,7 +2,9 @@
 
 #include "mq/filter/line_integral.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -62,23 +64,53 @@ LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface
   if (options.weight == 0) {
     result.signal = noise;
   } else {
-    const ScreenedPoisson equation(across, options.weight, factory, progress.step("prepare", 0.3));
+    const ScreenedPoisson equation(across, options.weight, factory, progress.step("prepare", 0.2));
     // The change from the mean, not from the noise, to which the lines have little likeness:
     // (M_Y + w·S_Y)·(φ − mean) = M_Y·(ψ − mean).
     const Signal mean = noise.colwise().mean().replicate(noise.rows(), 1);
     Signal moments = across.mass() * (noise - mean);
     moments /= options.weight;
-    Filtered spread = equation.solve_change(mean, moments, progress.step("spread", 0.2));
+    Filtered spread = equation.solve_change(mean, moments, progress.step("spread", 0.3));
     result.signal = std::move(spread.signal);
     result.spread = std::move(spread.report);
   }
-  if (!(options.sharpen_weight > 0)) return result;
-  const ScreenedPoisson equation(surface, options.sharpen_weight, factory,
-                                 progress.step("prepare", 0.3));
-  Filtered sharp =
-      equation.solve(result.signal, options.sharpen_beta, progress.step("sharpen", 0.2));
-  result.signal = std::move(sharp.signal);
-  result.sharpen = std::move(sharp.report);
+  if (options.sharpen_weight > 0) {
+    const ScreenedPoisson equation(surface, options.sharpen_weight, factory, progress.step("prepare", 0.1));
+    Filtered sharp = equation.solve(result.signal, options.sharpen_beta, progress.step("sharpen", 0.2));
+    result.signal = std::move(sharp.signal);
+    result.sharpen = std::move(sharp.report);
+  }
+  if (options.even_weight > 0)
+    result.signal = evened(surface, result.signal, options.even_weight, factory, progress.step("even", 0.2));
+  return result;
+}
+
+double usual_grain(const SignalSpace& space) {
+  require(space.size() > 0, "a space without unknowns has no grain");
+  const Vector mass = space.mass() * Vector::Ones(space.size());
+  std::vector<double> areas(mass.begin(), mass.end());
+  std::ranges::sort(areas);
+  double left = 0.2 * mass.sum();
+  std::size_t i = areas.size();
+  while (i > 1 && left > 0) left -= areas[--i];
+  const SurfaceScale scale = space.scale();
+  const double mean = scale.texel_spacing > 0 ? scale.texel_spacing : std::sqrt(scale.area / double(space.size()));
+  return std::max({0.0025 * std::sqrt(scale.area), 2 * mean, std::sqrt(areas[i])});
+}
+
+Signal evened(const SignalSpace& surface, const Signal& lines, double weight, const SolverFactory& factory,
+              const Progress& progress) {
+  const ScreenedPoisson equation(surface, weight, factory, progress.step("prepare", 0.4));
+  Signal result = lines - equation.solve(lines, 0, progress.step("means", 0.3)).signal;
+  const Signal squares = equation.solve(result.cwiseAbs2(), 0, progress.step("contrast", 0.3)).signal;
+  for (Eigen::Index c = 0; c < result.cols(); ++c) {
+    const double least = 0.01 * squares.col(c).mean();
+    // Of a constant nothing is left but rounding.
+    if (!(least > 1e-24 * lines.col(c).squaredNorm() / double(lines.rows())))
+      result.col(c).setZero();
+    else
+      result.col(c).array() /= squares.col(c).array().max(least).sqrt();
+  }
   return result;
 }
 

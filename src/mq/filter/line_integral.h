@@ -6,7 +6,8 @@
 /// 2. `smooth` on a space with the metric of `texel_metrics_across` or `shapes_across`: values spread
 ///    over √w along a field Y and over √w / √(1 + κ² |Y|²) across it.
 /// 3. `sharpen` on the surface's own space, which brings the contrast between lines back.
-/// 4. `with_contrast`.
+/// 4. `evened`: what is broader than lines goes, and they are as clear everywhere.
+/// 5. `with_contrast`.
 
 #include <cstdint>
 #include <functional>
@@ -25,7 +26,13 @@ struct LineIntegralOptions {
   double weight = 0;          ///< square of the length that values spread over along the field
   double sharpen_weight = 0;  ///< thesis: 10⁻⁴ of the area; 0: not sharpened
   double sharpen_beta = 100;
+  double even_weight = 0;  ///< of `evened`; 0: broad bands and faint lines stay
 };
+
+/// What a grain of noise should be for lines that are fine, and that texels, or vertices, can show nearly everywhere: the
+/// largest of a quarter of a per cent of √area, twice the mean spacing of unknowns, and the spacing that a fifth of the
+/// surface exceeds, where that of an unknown is the root of its lumped mass.
+double usual_grain(const SignalSpace& space);
 
 /// The lines of a field, values in no particular range, and how both equations were solved.
 struct LineIntegral {
@@ -33,7 +40,16 @@ struct LineIntegral {
   SolveReport spread, sharpen;
 };
 
-/// Steps 2 and 3. `across` and `surface` are spaces of the same unknowns, with the metric across
+/// Lines φ without what is broader than they are, and equally clear everywhere:
+///
+///     (φ − m) / √v,    m = A φ,    v = A (φ − m)²,    (M + w·S) A = M,
+///
+/// so that means over a few √w are 0 and mean squares 1; where v is less than a hundredth of its mean they stay fainter, as
+/// lines do that hardly are any. Times a number it is the same. A constant becomes 0.
+Signal evened(const SignalSpace& surface, const Signal& lines, double weight, const SolverFactory& factory,
+              const Progress& progress = {});
+
+/// Steps 2 to 4. `across` and `surface` are spaces of the same unknowns, with the metric across
 /// the field and without. A constant comes back as it is.
 LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface,
                            const Signal& noise, const LineIntegralOptions& options,

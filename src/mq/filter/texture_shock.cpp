@@ -10,6 +10,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
+#include "mq/filter/detail/texel_parts.h"
 #include "mq/filter/seam_agreement.h"
 #include "mq/trace/atlas_flow.h"
 
@@ -33,13 +34,93 @@ Vector look_up(const TraceAtlas& domain, const Signal& signal, const std::vector
     if (left == 0) return;
     Signal before(1, signal.cols());
     domain.value(signal, from, before);
-    for (Eigen::Index c = 0; c < signal.cols(); ++c) {
-      const double own = signal(i, c), found = row(0, c);
-      const auto [low, high] = std::minmax(own, found);
-      row(0, c) = std::clamp(found + left * (own - before(0, c)), low, high);
-    }
+    for (Eigen::Index c = 0; c < signal.cols(); ++c) row(0, c) = faded(row(0, c), left, signal(i, c), before(0, c));
   });
   return kept;
+}
+
+/// What is looked up at the end of a path from a part of a texel; the shorter the path, the more the texel's own value.
+void look_up_part(const TraceAtlas& domain, const Signal& signal, std::int64_t texel, const ChartPlace& from,
+                  const ChartPlace& to, Eigen::Ref<Signal> found) {
+  found.row(0) = signal.row(texel);
+  if (from == to) return;
+  domain.value(signal, to, found);
+  const double side = domain.space().scale().texel_spacing;
+  const double left = std::max(0.0, 1 - (domain.position(to) - domain.position(from)).norm() / side);
+  if (left == 0) return;
+  Signal before(1, signal.cols());
+  domain.value(signal, from, before);
+  for (Eigen::Index c = 0; c < signal.cols(); ++c)
+    found(0, c) = faded(found(0, c), left, signal(texel, c), before(0, c));
+}
+
+/// Texels in the midst of charts that differ from one around them, where something has changed.
+std::vector<int> texels_at_jumps(const TraceAtlas& domain, const Signal& before, const Signal& after,
+                                 const TraceAtlas::Starts& starts) {
+  const Signal least = least_jumps(before);
+  const auto far = [&](const Signal& a, std::int64_t i, const Signal& b, std::int64_t j) {
+    for (Eigen::Index c = 0; c < a.cols(); ++c)
+      if (std::abs(a(i, c) - b(j, c)) > least(0, c)) return true;
+    return false;
+  };
+  std::vector<char> jumps(std::size_t(before.rows()));
+  parallel_for(before.rows(), [&](std::int64_t i) {
+    const ChartPlace& at = starts.places[std::size_t(i)];
+    if (starts.outside[std::size_t(i)] || at.x != 0 || at.y != 0) return;
+    const int step = domain.stride(at.cell);
+    bool jump = false, changed = false;
+    for (const int row : {at.cell, domain.beyond(at.cell, TraceAtlas::Side::top)})
+      for (const int cell : {row, row < 0 ? -1 : domain.beyond(row, TraceAtlas::Side::left)})
+        if (cell < 0 || !domain.covered(cell) || domain.bordered(cell)) return;
+    for (int y = -1; y <= 1; ++y)
+      for (int x = -1; x <= 1; ++x) {
+        const int j = domain.unknown(at.cell + y * step + x);
+        if (j < 0) return;
+        jump |= far(after, i, after, j);
+        changed |= far(before, j, after, j);
+      }
+    jumps[std::size_t(i)] = jump && changed;
+  });
+  std::vector<int> result;
+  for (std::size_t i = 0; i < jumps.size(); ++i)
+    if (jumps[i]) result.push_back(int(i));
+  return result;
+}
+
+/// Right and down from its centre by less than half a texel.
+ChartPlace beside(const TraceAtlas& domain, ChartPlace at, double x, double y) {
+  if (x < 0) at.cell = domain.beyond(at.cell, TraceAtlas::Side::left);
+  if (y < 0) at.cell = domain.beyond(at.cell, TraceAtlas::Side::top);
+  at.x = x < 0 ? 1 + x : x;
+  at.y = y < 0 ? 1 + y : y;
+  return at;
+}
+
+/// Where texels differ from those around them the mean of paths from `texel_parts` takes the place of the one path.
+void smooth_outlines(const AtlasFlow& flow, const Signal& signal, const TraceAtlas::Starts& starts, double time,
+                     Signal& result) {
+  const TraceAtlas& domain = flow.domain();
+  const std::vector<int> texels = texels_at_jumps(domain, signal, result, starts);
+  constexpr std::size_t most = 1 << 17;  // at once
+  constexpr std::size_t parts = texel_parts.size();
+  for (std::size_t first = 0; first < texels.size(); first += most) {
+    const std::size_t count = std::min(most, texels.size() - first);
+    std::vector<ChartPlace> from(count * parts);
+    for (std::size_t n = 0; n < from.size(); ++n) {
+      const auto [x, y] = texel_parts[n % parts];
+      from[n] = beside(domain, starts.places[std::size_t(texels[first + n / parts])], x, y);
+    }
+    const std::vector<ChartPlace> to = flow.trace(from, time).ends;
+    parallel_for(std::int64_t(count), [&](std::int64_t n) {
+      const int texel = texels[first + std::size_t(n)];
+      Signal found(std::int64_t(parts), signal.cols());
+      for (std::size_t k = 0; k < parts; ++k)
+        look_up_part(domain, signal, texel, from[std::size_t(n) * parts + k], to[std::size_t(n) * parts + k],
+                     found.middleRows(std::int64_t(k), 1));
+      // The mean, which rounding must not bring out of the range.
+      result.row(texel) = found.colwise().mean().cwiseMax(found.colwise().minCoeff()).cwiseMin(found.colwise().maxCoeff());
+    });
+  }
 }
 
 }  // namespace
@@ -85,10 +166,14 @@ ShockedTexture TextureShock::at(const ShockTime& time, const Progress& progress)
   const TracedTexels traced =
       data_->flow->trace(data_->starts.places, shocked.time, progress.step("follow paths", 0.24));
   shocked.counts = traced.counts;
-  shocked.path_seconds = watch.seconds();
   shocked.signal = data_->signal;
+  Vector kept;
   if (shocked.time > 0) {
-    const Vector kept = look_up(data_->domain, data_->signal, data_->starts.places, traced.ends, shocked.signal);
+    kept = look_up(data_->domain, data_->signal, data_->starts.places, traced.ends, shocked.signal);
+    smooth_outlines(*data_->flow, data_->signal, data_->starts, shocked.time, shocked.signal);
+  }
+  shocked.path_seconds = watch.seconds();
+  if (shocked.time > 0) {
     // Of what disagreed before less is left than of values: what moves half a texel may as well agree.
     shocked.signal = agree_at_seams(data_->domain, shocked.signal, data_->signal, kept.cwiseAbs2(), data_->starts.outside);
   }

@@ -38,7 +38,9 @@ struct ShockedTexture {
 /// centres of texels, and values are those of the texture where they end. Texels whose centre lies outside their chart
 /// begin where the straight way over the border leads, on the other side of a seam, so that lookups on both sides agree.
 /// Their own value, which need not be the signal's there, fades over a mean texel's side of the way: a value lies between
-/// its own and the one found, and moves no further than its path does. A time of 0 leaves all values as they are, bit for
+/// its own and the one found, and moves no further than its path does. Texels in the midst of charts that differ from one
+/// around them by more than a twentieth of the standard deviation become the mean over paths from eight places in them, so
+/// that outlines show no stairs; a texel's own value fades in the same way there. A time of 0 leaves all values as they are, bit for
 /// bit; texels whose path rests at once keep theirs. No value leaves the range of its channel.
 ///
 /// Triangles without chart take no part: paths end there as at a boundary. `signal` is space.size() × channels. Beside

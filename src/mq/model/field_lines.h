@@ -2,6 +2,7 @@
 /// The lines of vector fields on a model, as shades of grey (`line_integral`).
 
 #include <cstdint>
+#include <optional>
 
 #include "mq/fem/tangent_fields.h"
 #include "mq/filter/line_integral.h"
@@ -12,12 +13,16 @@ namespace mq {
 struct FieldLinesOptions {
   double alpha = 0.0016;  ///< how far values spread along the field: weight at unit area
   double kappa = 400;     ///< how many times less far they spread across it
-  double grain = 2;  ///< of the noise that is spread, and so the width of lines: spacings of texels
-  double sharpen = 1e-4;    ///< weight at unit area of the sharpening that follows; 0: none
+  /// Of the noise that is spread, and so the width of lines: spacings of texels; none: `usual_grain`.
+  std::optional<double> grain = {};
   double deviations = 2;    ///< standard deviations from grey to black and to white
   double tolerance = 0.02;  ///< relative residual at which iterations stop
   std::uint64_t seed = 0;   ///< of the noise
 };
+
+/// Sharpening by the grain, an eighth of the length at most as it would bring out where lines end, and evening over three
+/// grains.
+LineIntegralOptions suiting(double weight, double grain);
 
 /// Draws any number of fields with the same noise.
 class FieldLines {
@@ -32,6 +37,7 @@ class FieldLines {
  private:
   const ModelSignal& signal_;
   FieldLinesOptions options_;
+  double grain_;
   Signal noise_;
 };
 

@@ -166,6 +166,22 @@ std::array<double, 2> GridFlow::place(const SurfacePoint& point) const {
           at.row + first * at.row1 + second * at.row2};
 }
 
+SurfacePoint GridFlow::point(double column, double row) const {
+  const double x = std::clamp(column, 0.0, width_ - 1.0), y = std::clamp(row, 0.0, height_ - 1.0);
+  const int i = std::min(int(x), width_ - 2), j = std::min(int(y), height_ - 2);
+  SurfacePoint best;
+  for (const int s : {0, 1}) {
+    const int t = triangle(i, j, s);
+    const Shape at = shape(t);
+    const double dx = x - at.column, dy = y - at.row;
+    const double first = dx * at.column1 + dy * at.row1, second = dx * at.column2 + dy * at.row2;
+    const Vector3 b(1 - first - second, first, second);
+    if (best.triangle < 0 || b.minCoeff() > best.barycentric.minCoeff()) best = {t, b};
+  }
+  best.barycentric = best.barycentric.cwiseMax(0);
+  return best;
+}
+
 /// Paths 0 to count − 1 in blocks on all threads.
 template <class Start, class Finish>
 PathCounts GridFlow::run(std::int64_t count, double time, const Start& start, const Finish& finish,

@@ -40,6 +40,9 @@ class GridFlow {
   /// Column and row of a point.
   std::array<double, 2> place(const SurfacePoint& point) const;
 
+  /// The point at a column and row, the nearest one where that is outside the domain.
+  SurfacePoint point(double column, double row) const;
+
   // What `walk::follow` asks for.
   std::array<double, 3> rates(int t) const;
   int across(int t, int k) const;
