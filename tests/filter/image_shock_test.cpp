@@ -237,6 +237,24 @@ TEST(ImageShock, LeavesPixelsOnAnOutlineTheMeanOfBothSides) {
   EXPECT_LT(error / count, 0.17);  // 0.22 where a pixel is of one side or the other
 }
 
+TEST(ImageShock, HasTheTimeOfTheMirroredImage) {
+  Image<float> image(31, 25, 1), mirrored = image, turned = image;
+  const Random random(4);
+  for (int y = 0; y < 25; ++y)
+    for (int x = 0; x < 31; ++x) {
+      image(x, y) = float(std::sin(0.4 * x) * std::cos(0.3 * y * y / 9) + 0.2 * random.uniform(std::uint64_t(y * 31 + x)));
+      mirrored(30 - x, y) = turned(x, 24 - y) = image(x, y);
+    }
+  const ImageShockOptions options{.weights = {1, 1}, .time = {ShockTime::Unit::relative, 2}};
+  const ShockedImage found = shock(image, options);
+  EXPECT_GT(found.time, 0);
+  for (const Image<float>& other : {mirrored, turned}) {
+    const ShockedImage there = shock(other, options);
+    EXPECT_NEAR(there.time, found.time, 1e-9 * found.time);
+    EXPECT_NEAR(there.rate, found.rate, 1e-9 * found.rate);
+  }
+}
+
 TEST(GridFlow, FindsThePointAtAPlace) {
   const GridFlow flow = GridFlow::along(7, 5, std::vector<std::array<double, 2>>(24));
   for (double y = 0; y <= 4; y += 0.25)

@@ -93,6 +93,25 @@ TEST_F(RegionLevelsTest, DoNotBelieveWhatIsWhiteOrBlack) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(gains(1, c) - gains(0, c), taken[0][c] - taken[1][c], 1e-3);
 }
 
+TEST_F(RegionLevelsTest, BelieveLightAsMuchAsItIsAboveTheDark) {
+  // Three rows of four are dim and show other gains. Light of 0.02 counts a half: three rows of 0.05 count 3 · 5/7 where
+  // one of 0.3 counts 15/16; three of 0.004 count 3 · 1/6.
+  const std::vector<int> labels = strips(2);
+  for (const LightLaw law : {LightLaw::log, LightLaw::linear, LightLaw::display})
+    for (const double dim : {0.05, 0.004}) {
+      const Signal psi = of(3, [&](int x, int y, int) {
+        const double light = (y % 4 == 0 ? 0.3 : dim) * std::exp(x < width / 2 ? 0 : y % 4 == 0 ? 0.2 : -0.3);
+        return law == LightLaw::log ? log_from_linear(light) : law == LightLaw::linear ? light : srgb_from_linear(light);
+      });
+      const Signal gains = of_regions(psi, labels, law).gains();
+      // Where they disagree neither has its way altogether.
+      if (dim > 0.02)
+        EXPECT_GT(gains(1, 0) - gains(0, 0), 0.1) << int(law);
+      else
+        EXPECT_LT(gains(1, 0) - gains(0, 0), -0.1) << int(law);
+    }
+}
+
 TEST_F(RegionLevelsTest, LeaveWhatIsUnseenAndWhatIsAlone) {
   std::vector<int> labels = strips(3);
   for (int& label : labels)
