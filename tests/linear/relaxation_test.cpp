@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "linear/matrices.h"
@@ -101,6 +102,25 @@ TEST(InteriorRelaxation, HoldsTenNumbersForEachUnknown) {
   EXPECT_GE(all, 40 * unknowns);
   EXPECT_LE(all, 40 * unknowns + 24 * (2 * grid_side + 1));
   EXPECT_EQ(InteriorRelaxation<double>(inner_rows()).bytes() - all, 40 * unknowns);
+}
+
+TEST(StencilAnisotropy, IsTheRatioOfTheEigenvaluesOfItsSecondMoments) {
+  const Random random(6);
+  for (std::uint64_t n = 0; n < 20; ++n) {
+    // Opposite neighbours alike, as symmetric matrices have them far from borders.
+    const double east = random.uniform(4 * n), south = random.uniform(4 * n + 1), south_east = 0.6 * random.uniform(4 * n + 2),
+                 south_west = 0.2 * random.uniform(4 * n + 3);
+    const double centre = 2 * (east + south + south_east + south_west);
+    const Stencil row = {-south_east, -south, -south_west, -east, centre, -east, -south_west, -south, -south_east};
+    Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+    for (int j = 0; j < 9; ++j) {
+      const Eigen::Vector2d d(j % 3 - 1, j / 3 - 1);
+      if (j != 4) moments -= row[std::size_t(j)] * d * d.transpose();
+    }
+    const Eigen::Vector2d values = moments.selfadjointView<Eigen::Lower>().eigenvalues();
+    if (values[0] < 0.02 * centre) continue;  // cut there
+    EXPECT_NEAR(stencil_anisotropy(row), values[1] / values[0], 1e-9 * values[1] / values[0]) << n;
+  }
 }
 
 TEST(FactorisationBytes, GrowALittleFasterThanUnknowns) {
