@@ -28,7 +28,7 @@ FollowedFrame remeshed_frame() {
   frame.skipped = {{3, "the file ends"}};
   frame.distortion = {1, 1.0625};
   frame.kept = 9;
-  frame.match = FollowedFrame::Match{0.75, true, {1, 2, 3, 4, 5, 6}, 0.5};
+  frame.match = FollowedFrame::Match{0.75, true, true, {1, 2, 3, 4, 5, 6}, 0.5};
   frame.replaced = FollowedFrame::Replacement{1, 2, 3, 4, 5};
   frame.drift = FollowedFrame::Drift{{7, 0.25, 0.5, 0.75}, 2};
   frame.files = {{"frame_4.ply", {70, 4000000000U}}};
@@ -45,7 +45,7 @@ TEST(FollowedFrame, IsWrittenInTheOrderOfTheFormat) {
             R"({"frame":4,"turned":2,"skipped":[{"frame":3,"why":"the file ends"}],)"
             R"("distance_mean":0.125,"distance_p95":0.25,"distance_max":0.5,)"
             R"("distortion_mean":1.0,"distortion_p95":1.0625,"matched":0.75,"predicted":true,)"
-            R"("seconds":{"correspond":1.0,"solve":2.0,"colour":3.0,"snap":4.0,"measure":5.0,)"
+            R"("recognised":true,"seconds":{"correspond":1.0,"solve":2.0,"colour":3.0,"snap":4.0,"measure":5.0,)"
             R"("total":6.0,"remesh":0.5,"all":1.5},)"
             R"("triangles_kept":9,"triangles_died":3,"triangles_born":12,)"
             R"("replaced":{"distorted":1,"template_seeds":2,"target_seeds":3,"reached":4,)"

@@ -75,6 +75,7 @@ void put_match(const FollowedFrame& frame, OrderedJson& json) {
   put_distortion(frame, json);
   json["matched"] = frame.match->matched;
   json["predicted"] = frame.match->predicted;
+  if (frame.match->recognised) json["recognised"] = true;
   json["seconds"] = seconds_json(frame);
   json["triangles_kept"] = frame.kept;
   json["triangles_died"] = frame.removed;
@@ -100,6 +101,7 @@ FollowedFrame::Match match_of(const OrderedJson& json) {
   FollowedFrame::Match match;
   match.matched = number(json, "matched", FollowedFrame::unknown);
   match.predicted = member(json, "predicted") == true;
+  match.recognised = member(json, "recognised") == true;
   match.seconds = {number(seconds, "correspond", 0), number(seconds, "solve", 0),
                    number(seconds, "colour", 0),     number(seconds, "snap", 0),
                    number(seconds, "measure", 0),    number(seconds, "total", 0)};

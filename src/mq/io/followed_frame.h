@@ -39,6 +39,7 @@ struct FollowedFrame {
   struct Match {
     double matched = unknown;  ///< see `TrackedFrame`
     bool predicted = false;
+    bool recognised = false;
     TrackedFrame::Seconds seconds;
     std::optional<double> remesh_seconds;  ///< where remeshing was asked for
   };

@@ -108,9 +108,8 @@ struct LostFrame {
   enum class Extent { many, few } extent = Extent::many;
 };
 
-/// A frame is lost of which 5 % of the points are farther than this, or one farther than five times
-/// this, of the diagonal.
-inline constexpr double lost_distance = 0.01;
+/// A frame is lost of which 5 % of the points are farther than `lost_distance`, or one farther than five times
+/// that, of the diagonal.
 std::optional<LostFrame> first_lost(const std::vector<FollowedFrame>& frames);
 
 }  // namespace mq

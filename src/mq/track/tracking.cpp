@@ -23,6 +23,8 @@
 #include "mq/fem/vertex_space.h"
 #include "mq/flow/surface_registration.h"
 #include "mq/track/deformation_graph.h"
+#include "mq/track/detail/shares.h"
+#include "mq/track/recognised_positions.h"
 
 namespace mq {
 namespace {
@@ -32,6 +34,10 @@ namespace {
 constexpr double tangential_share = 1e-2;
 /// Vertices looked at to choose between two beginnings.
 constexpr int prediction_samples = 1000;
+/// Of what is within this, in diagonals, no other way is tried; of two, the less distorted one is taken.
+constexpr double found_distance = 2e-3;
+/// Distance times distortion, in that of a frame that is lost: what is no better than this is chance.
+constexpr double most_cost_again = 0.5;
 /// Nodes that move less than this part of their spacing have arrived.
 constexpr double arrived = 2e-3;
 /// Of a pair of points that do not find each other: how far apart both ways may end, in reaches
@@ -41,13 +47,6 @@ constexpr double mutual_reaches = 2, mutual_part = 0.5;
 /// other than the places they find there are from theirs, beyond the reach; and all that hang together
 /// with these and are farther than this part of the reach.
 constexpr double alone_times = 2, alone_part = 0.5;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 Vector3 normal_at(const Mesh& mesh, const std::vector<Vector3>& normals, const SurfacePoint& p) {
   return value_at(mesh, normals, p).normalized();
@@ -93,19 +92,6 @@ struct Match {
   double weight = 0;
 };
 
-/// Lumped areas, of sum 1.
-std::vector<double> area_shares(const Mesh& mesh) {
-  std::vector<double> shares(mesh.positions.size(), 0);
-  double total = 0;
-  for (int t = 0; t < mesh.triangle_count(); ++t) {
-    const double area = triangle_area(mesh, t);
-    total += area;
-    for (const int v : mesh.triangles[t]) shares[v] += area / 3;
-  }
-  for (double& share : shares) share /= total;
-  return shares;
-}
-
 }  // namespace
 
 struct SurfaceTracker::State {
@@ -139,6 +125,10 @@ struct SurfaceTracker::State {
   void keep_rest(std::span<const Vector3> current, const std::vector<NodeMotion>& motions,
                  const std::vector<NodeMotion>& turned);
   void snap(const TrackTarget& target, TrackedFrame& frame, const Progress& progress);
+  void lie_on(std::span<const Vector3> current, const TrackTarget& target, TrackedFrame& frame,
+              std::vector<NodeMotion> motions, const Progress& progress);
+  void find_again(std::span<const Vector3> current, const std::vector<NodeMotion>& begin,
+                  const TrackTarget& target, TrackedFrame& frame, const Progress& progress);
   void add_pulls_of_target(const TrackTarget& target, const std::vector<Vector3>& normals,
                            const std::vector<ClosestPoint>& back,
                            const std::vector<char>& left_out, double width,
@@ -415,6 +405,52 @@ void SurfaceTracker::State::snap(const TrackTarget& target, TrackedFrame& frame,
   frame.seconds.snap += watch.seconds();
 }
 
+/// The template where these motions and what is nearest to them lead, and how well it lies there.
+void SurfaceTracker::State::lie_on(std::span<const Vector3> current, const TrackTarget& target,
+                                   TrackedFrame& frame, std::vector<NodeMotion> motions,
+                                   const Progress& progress) {
+  const bool by_colour =
+      options.colour_cycles > 0 && colours.size() > 0 && target.colours().cols() == colours.cols();
+  deform_graph(current, target, frame, motions, progress.step("deform", by_colour ? 0.3 : 0.8));
+  if (by_colour) follow_colours(current, target, frame, motions, progress.step("colours", 0.5));
+  keep_rest(current, motions, graph.fitted(rest.mesh.positions, current));
+  snap(target, frame, progress.step("snap", 0.2));
+  now.mesh.positions = unfolded_onto(target, now.mesh);
+  const Stopwatch measuring;
+  frame.distance = surface_distance(now.mesh, target);
+  frame.distortion = distortion(rest.mesh.triangles, rest.mesh.positions, now.mesh.positions);
+  frame.seconds.measure += measuring.seconds();
+  frame.positions = now.mesh.positions;
+}
+
+/// The same from where points are recognised, if it lies much nearer then. The shape that it has there is
+/// what stiffness keeps, as that of before would bend limbs back.
+void SurfaceTracker::State::find_again(std::span<const Vector3> current,
+                                       const std::vector<NodeMotion>& begin,
+                                       const TrackTarget& target, TrackedFrame& frame,
+                                       const Progress& progress) {
+  const Stopwatch recognising;
+  const std::vector<std::vector<Vector3>> begins =
+      recognised_positions(graph, rest.mesh, current, graph.deformed(current, begin), target,
+                           {spacing, options.elasticity}, progress.step("recognise", 0.5));
+  frame.seconds.correspond += recognising.seconds();
+  const auto cost = [](const TrackedFrame& of) {
+    return std::max(of.distance.p95, found_distance) * of.distortion.mean;
+  };
+  double least = most_cost_again * cost(frame);
+  const std::vector<NodeMotion> still(std::size_t(graph.node_count()));
+  for (const std::vector<Vector3>& at : begins) {
+    TrackedFrame other = frame;
+    lie_on(at, target, other, still, progress.step("follow again", 0.5 / double(begins.size())));
+    frame.seconds = other.seconds;
+    if (!(cost(other) < least)) continue;
+    least = cost(other);
+    frame = std::move(other);
+    frame.recognised = true;
+    if (frame.distance.p95 < found_distance) break;
+  }
+}
+
 SurfaceTracker::SurfaceTracker(const Mesh& rest, const Signal& colours, const TrackOptions& options)
     : state_(std::make_unique<State>(rest, colours, options)) {}
 SurfaceTracker::~SurfaceTracker() = default;
@@ -431,19 +467,10 @@ TrackedFrame SurfaceTracker::follow(std::span<const Vector3> current,
                       current.size(), previous.size(), n));
   const Stopwatch watch;
   TrackedFrame frame;
-  const bool by_colour = s.options.colour_cycles > 0 && s.colours.size() > 0 &&
-                         target.colours().cols() == s.colours.cols();
-  std::vector<NodeMotion> motions = s.beginning(current, previous, target, frame.predicted);
-  s.deform_graph(current, target, frame, motions, progress.step("deform", by_colour ? 0.3 : 0.8));
-  if (by_colour) s.follow_colours(current, target, frame, motions, progress.step("colours", 0.5));
-  s.keep_rest(current, motions, s.graph.fitted(s.rest.mesh.positions, current));
-  s.snap(target, frame, progress.step("snap", 0.2));
-  s.now.mesh.positions = unfolded_onto(target, s.now.mesh);
-  const Stopwatch measuring;
-  frame.distance = surface_distance(s.now.mesh, target);
-  frame.distortion = distortion(s.rest.mesh.triangles, s.rest.mesh.positions, s.now.mesh.positions);
-  frame.seconds.measure = measuring.seconds();
-  frame.positions = s.now.mesh.positions;
+  const std::vector<NodeMotion> motions = s.beginning(current, previous, target, frame.predicted);
+  s.lie_on(current, target, frame, motions, progress);
+  if (frame.distance.p95 > lost_distance)
+    s.find_again(current, motions, target, frame, progress.step("find again", 0));
   frame.seconds.total = watch.seconds();
   return frame;
 }

@@ -63,6 +63,10 @@ class TrackTarget {
 /// brought back onto the target, where this faces alike and no fold comes of it.
 std::vector<Vector3> unfolded_onto(const TrackTarget& target, Mesh mesh);
 
+/// Where 95 % of the points are not within this part of the diagonal of the target, a frame is followed
+/// again, from where lengths along both surfaces say that its points are (`recognised_positions`).
+inline constexpr double lost_distance = 0.01;
+
 /// How much stiffer a graph usually begins than it ends.
 inline constexpr double first_over_last_stiffness = 1000;
 
@@ -110,6 +114,9 @@ struct TrackedFrame {
   Distortion distortion;
   double matched = 0;      ///< share of the area whose closest points were accepted in the end
   bool predicted = false;  ///< whether the constant velocity was nearer than standing still
+  /// Whether closest points alone had lost it, by more than `lost_distance`, and what was recognised by
+  /// lengths along the surfaces brought it nearer.
+  bool recognised = false;
   struct Seconds {
     double correspond = 0, solve = 0, colour = 0, snap = 0, measure = 0, total = 0;
   } seconds;
