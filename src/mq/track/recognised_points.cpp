@@ -64,7 +64,7 @@ struct Peak {
 
 /// Local maxima and how far one has to go down from each before one can go up to a larger one, most first.
 std::vector<Peak> peaks(const Mesh& mesh, const PathLengths& paths, const std::vector<double>& values) {
-  std::vector<int> order(values.size()), peak(values.size(), -1), parent(values.size());
+  std::vector<int> order(values.size()), parent(values.size());
   std::iota(order.begin(), order.end(), 0);
   std::iota(parent.begin(), parent.end(), 0);
   std::ranges::sort(order, [&](int a, int b) { return values[a] != values[b] ? values[a] > values[b] : a < b; });
