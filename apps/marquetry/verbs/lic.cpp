@@ -26,7 +26,7 @@ double asked_grain(Run& run, const ModelSignal& domain) {
   const SurfaceScale scale = domain.scale();
   if (!options.has("grain")) {
     const double grain = usual_grain(domain.space());
-    if (grain > 1.001 * std::max(2 * scale.texel_spacing, 0.0025 * std::sqrt(scale.area)))
+    if (grain > 1.001 * finest_grain(scale))
       run.terminal().remark(fmt::format(
           "a fifth of the surface has texels {:.1f} times as far from each other as the mean, so lines are as wide "
           "everywhere as these can show; finer by --grain 2tx, which is uneven, or on a texture with larger charts there",

@@ -85,6 +85,10 @@ LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface
   return result;
 }
 
+double finest_grain(const SurfaceScale& scale) {
+  return std::max(0.0025 * std::sqrt(scale.area), 2 * scale.texel_spacing);
+}
+
 double usual_grain(const SignalSpace& space) {
   require(space.size() > 0, "a space without unknowns has no grain");
   const Vector mass = space.mass() * Vector::Ones(space.size());
@@ -93,9 +97,9 @@ double usual_grain(const SignalSpace& space) {
   double left = 0.2 * mass.sum();
   std::size_t i = areas.size();
   while (i > 1 && left > 0) left -= areas[--i];
-  const SurfaceScale scale = space.scale();
-  const double mean = scale.texel_spacing > 0 ? scale.texel_spacing : std::sqrt(scale.area / double(space.size()));
-  return std::max({0.0025 * std::sqrt(scale.area), 2 * mean, std::sqrt(areas[i])});
+  SurfaceScale scale = space.scale();
+  if (!(scale.texel_spacing > 0)) scale.texel_spacing = std::sqrt(scale.area / double(space.size()));
+  return std::max(finest_grain(scale), std::sqrt(areas[i]));
 }
 
 Signal evened(const SignalSpace& surface, const Signal& lines, double weight, const SolverFactory& factory,

@@ -29,9 +29,12 @@ struct LineIntegralOptions {
   double even_weight = 0;  ///< of `evened`; 0: broad bands and faint lines stay
 };
 
-/// What a grain of noise should be for lines that are fine, and that texels, or vertices, can show nearly everywhere: the
-/// largest of a quarter of a per cent of √area, twice the mean spacing of unknowns, and the spacing that a fifth of the
-/// surface exceeds, where that of an unknown is the root of its lumped mass.
+/// The grain of noise for lines that are fine, and that even texels can show: a quarter of a per cent of √area, or twice
+/// the mean spacing of texels, whichever is larger.
+double finest_grain(const SurfaceScale& scale);
+
+/// That, with the mean spacing of unknowns; or the spacing that a fifth of the surface exceeds, where that is larger, so
+/// that texels, or vertices, can show lines nearly everywhere. The spacing of an unknown is the root of its lumped mass.
 double usual_grain(const SignalSpace& space);
 
 /// The lines of a field, values in no particular range, and how both equations were solved.

@@ -17,41 +17,32 @@
 namespace mq {
 namespace {
 
-/// Where the texel's own value is not the signal's at the start of its path, as outside charts, the
-/// difference fades over the first texel of the way.
-/// Returns per texel what is left of that: from 1, where its path rests, down to 0.
-Vector look_up(const TraceAtlas& domain, const Signal& signal, const std::vector<ChartPlace>& starts,
-               const std::vector<ChartPlace>& ends, Signal& result) {
-  const double side = domain.space().scale().texel_spacing;
-  Vector kept = Vector::Ones(signal.rows());
-  parallel_for(signal.rows(), [&](std::int64_t i) {
-    const ChartPlace &from = starts[std::size_t(i)], &to = ends[std::size_t(i)];
-    if (from == to) return;
-    auto row = result.middleRows(i, 1);
-    domain.value(signal, to, row);
-    const double left = std::max(0.0, 1 - (domain.position(to) - domain.position(from)).norm() / side);
-    kept[i] = left;
-    if (left == 0) return;
-    Signal before(1, signal.cols());
-    domain.value(signal, from, before);
-    for (Eigen::Index c = 0; c < signal.cols(); ++c) row(0, c) = faded(row(0, c), left, signal(i, c), before(0, c));
-  });
-  return kept;
-}
-
-/// What is looked up at the end of a path from a part of a texel; the shorter the path, the more the texel's own value.
-void look_up_part(const TraceAtlas& domain, const Signal& signal, std::int64_t texel, const ChartPlace& from,
-                  const ChartPlace& to, Eigen::Ref<Signal> found) {
+/// What of a texel is looked up at the end of a path that begins in it, or near it. Where its own value is not the
+/// signal's at the start, as outside charts, the difference fades over the first texel of the way. Returns what is left
+/// of that: from 1, where the path rests and the value is its own, down to 0.
+double look_up(const TraceAtlas& domain, const Signal& signal, std::int64_t texel, const ChartPlace& from,
+               const ChartPlace& to, Eigen::Ref<Signal> found) {
   found.row(0) = signal.row(texel);
-  if (from == to) return;
+  if (from == to) return 1;
   domain.value(signal, to, found);
   const double side = domain.space().scale().texel_spacing;
   const double left = std::max(0.0, 1 - (domain.position(to) - domain.position(from)).norm() / side);
-  if (left == 0) return;
+  if (left == 0) return 0;
   Signal before(1, signal.cols());
   domain.value(signal, from, before);
   for (Eigen::Index c = 0; c < signal.cols(); ++c)
     found(0, c) = faded(found(0, c), left, signal(texel, c), before(0, c));
+  return left;
+}
+
+/// The same of all texels, each with a path; per texel what is left.
+Vector look_up(const TraceAtlas& domain, const Signal& signal, const std::vector<ChartPlace>& starts,
+               const std::vector<ChartPlace>& ends, Signal& result) {
+  Vector left(signal.rows());
+  parallel_for(signal.rows(), [&](std::int64_t i) {
+    left[i] = look_up(domain, signal, i, starts[std::size_t(i)], ends[std::size_t(i)], result.middleRows(i, 1));
+  });
+  return left;
 }
 
 /// Texels in the midst of charts that differ from one around them, where something has changed.
@@ -115,8 +106,8 @@ void smooth_outlines(const AtlasFlow& flow, const Signal& signal, const TraceAtl
       const int texel = texels[first + std::size_t(n)];
       Signal found(std::int64_t(parts), signal.cols());
       for (std::size_t k = 0; k < parts; ++k)
-        look_up_part(domain, signal, texel, from[std::size_t(n) * parts + k], to[std::size_t(n) * parts + k],
-                     found.middleRows(std::int64_t(k), 1));
+        look_up(domain, signal, texel, from[std::size_t(n) * parts + k], to[std::size_t(n) * parts + k],
+                found.middleRows(std::int64_t(k), 1));
       // The mean, which rounding must not bring out of the range.
       result.row(texel) = found.colwise().mean().cwiseMax(found.colwise().minCoeff()).cwiseMin(found.colwise().maxCoeff());
     });

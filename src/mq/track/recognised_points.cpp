@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "mq/mesh/geometry.h"
+#include "mq/track/detail/shares.h"
 #include "mq/track/path_lengths.h"
 
 namespace mq {
@@ -25,9 +25,7 @@ constexpr double weight_of_moves = 0.5;
 /// Per vertex the mean length of paths to all others, by area; 0 at vertices without triangles.
 std::vector<double> mean_lengths(const Mesh& mesh, const PathLengths& paths) {
   const std::size_t n = mesh.positions.size();
-  std::vector<double> shares(n, 0);
-  for (int t = 0; t < mesh.triangle_count(); ++t)
-    for (const int v : mesh.triangles[t]) shares[v] += triangle_area(mesh, t) / 3;
+  const std::vector<double> shares = area_shares(mesh);
   std::vector<double> nearest(n, unreached);
   std::vector<int> owner(n, -1);
   std::vector<std::vector<double>> lengths;
