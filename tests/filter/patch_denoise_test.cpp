@@ -13,6 +13,7 @@
 #include "linear/matrices.h"
 #include "mq/fem/image_space.h"
 #include "mq/filter/chart_windows.h"
+#include "mq/filter/detail/even_noise.h"
 #include "mq/filter/kernels/similar_patches.h"
 #include "mq/filter/noise_curve.h"
 #include "mq/filter/noise_level.h"
@@ -256,6 +257,32 @@ TEST(DenoiseByPatches, KeepsLightOfAnyRangeWithoutLeaks) {
   EXPECT_LT(dark, 0.004);
   EXPECT_NEAR(means / count, 1, 0.02);
   EXPECT_LT(std::sqrt(squares / count), 0.25 * 0.2);
+}
+
+/// On the scale where noise is even a + r v is 1: of what is linear in v, and of light that is not far below 0.
+TEST(EvenNoise, IsOfLinesAndOfLightAlone) {
+  const auto curve = [](std::initializer_list<double> deviations) {
+    NoiseCurve result;
+    result.deviation.resize(Eigen::Index(deviations.size()), 1);
+    for (const double d : deviations) {
+      result.deviation(Eigen::Index(result.brightness.size()), 0) = d;
+      result.brightness.push_back(double(result.brightness.size()));
+    }
+    return std::vector<NoiseCurve>{result};
+  };
+  const double a = 0.1, r = 0.2;
+  const std::vector<NoiseCurve> line = curve({a, a + r, a + 2 * r, a + 3 * r}), uneven = curve({0.1, 0.9, 0.2, 1.5});
+  Signal light(4, 1), dark(4, 1);
+  light << 0, 0.5, 1, 3;
+  dark << 0, 0.5, 1, -0.6 * a / r;
+  const std::optional<EvenNoise> even = EvenNoise::of(line, light);
+  ASSERT_TRUE(even);
+  const Signal z = even->there(light);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(z(i, 0), std::log((a + r * light(i, 0)) / a) / r, 1e-12);
+  EXPECT_EQ(even->back(z, z, {1}, light), light);
+  EXPECT_FALSE(EvenNoise::of(uneven, light));
+  EXPECT_FALSE(EvenNoise::of(line, dark));
+  EXPECT_FALSE(EvenNoise::of(curve({0.4, 0.3, 0.2, 0.1}), light));
 }
 
 /// Noise of a mean of neighbours, as a camera's: σ² of blocks of four is a multiple of what high frequencies say.

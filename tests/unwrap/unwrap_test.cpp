@@ -206,6 +206,24 @@ TEST(Parametrize, FindsTheIsometryOfABentSheet) {
   EXPECT_NEAR(l2_stretch(sheet, x), 1, 1e-5);
 }
 
+/// The weights of [rabinovich2017scalable] are those with which a step from a stretch σ is 1 − σ in its direction: from a
+/// map that is linear the first step ends at an isometry.
+TEST(Parametrize, OneStepMakesALinearMapIsometric) {
+  const Mesh mesh = fixtures::flat_square(5, 0.2);
+  const Sheet sheet = whole(make_surface(mesh));
+  const auto turn = [](double angle) {
+    return (Eigen::Matrix2d() << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle)).finished();
+  };
+  const Eigen::Matrix2d J = turn(0.7) * Eigen::Vector2d(3, 0.4).asDiagonal() * turn(-0.3);
+  Points x(std::size_t(sheet.vertex_count));
+  for (std::size_t t = 0; t < sheet.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k)
+      x[std::size_t(sheet.triangles[t][std::size_t(k)])] =
+          J * mesh.positions[std::size_t(mesh.triangles[std::size_t(sheet.sources[t])][std::size_t(k)])].head<2>();
+  ASSERT_GT(isometric_energy(sheet, x), 4);
+  EXPECT_LT(isometric_energy(sheet, lower_energy(sheet, x, {.iterations = 1})), 1e-10);
+}
+
 TEST(Parametrize, EnergyIsTheOneOfTheSingularValues) {
   const Sheet sheet = whole(make_surface(fixtures::flat_square(3)));
   const Surface surface = make_surface(fixtures::flat_square(3));
