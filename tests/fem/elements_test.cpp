@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "fem/cut_squares.h"
 #include "linear/matrices.h"
@@ -46,6 +47,27 @@ TEST(Elements, AddUpToTheStiffness) {
   const VertexSpace vertices(make_surface(fixtures::torus(20, 12)));
   expect_conductivity_one_is_stiffness(vertices);
   expect_conducted_is_its_matrix(vertices);
+}
+
+/// With a label of its own for every unknown all elements that couple any are mixed: together they are S.
+TEST(Elements, ThatAreMixedAddUpToTheStiffness) {
+  for (const fixtures::Cut& cut : fixtures::cut_squares()) {
+    SCOPED_TRACE(cut.name);
+    const TexelSpace space(cut.model->surface, cut.model->atlas);
+    std::vector<int> labels(std::size_t(space.size()));
+    std::iota(labels.begin(), labels.end(), 0);
+    const Signal psi = test::random_signal(space.size(), 1);
+    Signal product = Signal::Zero(space.size(), 1);
+    space.for_each_mixed_element(labels, [&](const Element& element) {
+      const std::size_t n = element.unknowns.size();
+      ASSERT_EQ(element.stiffness.size(), n * n);
+      for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j < n; ++j)
+          product(element.unknowns[i], 0) += element.stiffness[i * n + j] * psi(element.unknowns[j], 0);
+    });
+    EXPECT_LE((product - space.stiffness_times(psi)).cwiseAbs().maxCoeff(), 1e-10);
+    space.for_each_mixed_element(std::vector<int>(labels.size(), 1), [](const Element&) { ADD_FAILURE() << "one label"; });
+  }
 }
 
 /// A linear function has one gradient everywhere; elements without area have none.

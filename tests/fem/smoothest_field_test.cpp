@@ -113,6 +113,23 @@ TEST(SmoothestField, FadesOverItsReachAndIsZeroWhereNothingIsWished) {
   }
 }
 
+/// hold·weight is what counts.
+TEST(SmoothestField, HoldsAWishByItsWeight) {
+  const Surface surface = make_surface(fixtures::flat_square(6, 0.2));
+  const auto with = [&](double hold, double weight) {
+    const WishedVector wishes[] = {{{3, {0.5, 0.2, 0.3}}, {1, 0, 0}, weight}, {{40, {0.2, 0.2, 0.6}}, {0, 1, 0}, weight}};
+    return smoothest_field(surface, wishes, {.hold = hold});
+  };
+  const TangentField field = with(12, 0.25), same = with(3, 1), other = with(3, 4);
+  double largest = 0, apart = 0;
+  for (std::size_t t = 0; t < field.size(); ++t) {
+    largest = std::max(largest, (field[t] - same[t]).norm());
+    apart = std::max(apart, (field[t] - other[t]).norm());
+  }
+  EXPECT_LT(largest, 1e-9);
+  EXPECT_GT(apart, 0.01);
+}
+
 TEST(SmoothestField, RefusesWhatItCannotMean) {
   const Surface surface = make_surface(fixtures::flat_square(3, 0));
   EXPECT_THROW(smoothest_field(surface, {}), InvalidInput);

@@ -130,6 +130,25 @@ TEST(TangentField, IsScaledToLengthOne) {
   for (const Vector3& v : normalised(surface, field)) EXPECT_NEAR(v.norm(), 1, 1e-12);
 }
 
+/// On triangles of one area, of lengths 1, 2, 3, ...: of all of them, and of those that have one where nearly none has; so
+/// at every scale of the surface.
+TEST(TangentField, HasTheStrengthOfItsQuantile) {
+  for (const double scale : {0.05, 1.0, 30.0}) {
+    Mesh mesh = fixtures::flat_square(10, 0);
+    for (Vector3& p : mesh.positions) p *= scale;
+    const Surface surface = make_surface(mesh);
+    ASSERT_EQ(surface.triangle_count(), 200);
+    const auto strength = [&](int zeros) {
+      TangentField field(200, Vector3::Zero());
+      for (int t = zeros; t < 200; ++t) field[std::size_t((7 * t) % 200)].x() = t - zeros + 1;
+      return strength_of(surface, field, 0.795);
+    };
+    EXPECT_EQ(strength(0), 159) << scale;
+    EXPECT_EQ(strength(100), 59) << scale;
+    EXPECT_EQ(strength(180), 16) << scale;
+  }
+}
+
 TEST(TangentField, IsScaledToLengthOneWhereItVanishesNearlyEverywhere) {
   const Surface surface = make_surface(fixtures::torus(20, 12));
   TangentField field(std::size_t(surface.triangle_count()), Vector3::Zero());

@@ -57,6 +57,35 @@ TEST(TexelCopies, MeanEveryChartThatCoversTheCentre) {
             model.apart.atlas.charts[std::size_t(model.chart(both[1]))].turn);
 }
 
+/// As many as there are triangles that the centre lies in, of every triangle, the first too.
+TEST(TexelCopies, MeanAsManyChartsAsCoverTheCentre) {
+  const Copies model(fixtures::two_halves(-10));
+  const Atlas& atlas = model.model->atlas;
+  int looked_at = 0, of_first = 0;
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) {
+      int inside = 0;
+      bool near_edge = false, first = false;
+      for (int t = 0; t < model.model->surface.triangle_count(); ++t) {
+        std::array<Vector2, 3> p;
+        for (int k = 0; k < 3; ++k)
+          p[std::size_t(k)] = Vector2(double(atlas.corners[t][k].x), double(atlas.corners[t][k].y)) / double(TexelPoint::one) -
+                              Vector2(x, y);
+        std::array<double, 3> side;
+        for (std::size_t k = 0; k < 3; ++k) side[k] = p[k].x() * p[(k + 1) % 3].y() - p[k].y() * p[(k + 1) % 3].x();
+        const auto [least, most] = std::ranges::minmax(side);
+        near_edge = near_edge || (least > -0.1 && most < 0.1) || std::ranges::any_of(side, [](double s) { return std::abs(s) < 1e-3; });
+        if (least > 0 || most < 0) ++inside, first = first || t == 0;
+      }
+      if (near_edge || inside == 0) continue;
+      EXPECT_EQ(model.copies.meant({0, x, y}).size(), std::size_t(inside)) << x << ' ' << y;
+      ++looked_at;
+      of_first += first && inside == 2;
+    }
+  EXPECT_GT(looked_at, 100);
+  EXPECT_GT(of_first, 0);
+}
+
 /// Every unknown is a copy of the texel that its place on the surface had before.
 TEST(TexelCopies, LieWhereTheirTexelDoes) {
   const Copies model(fixtures::around_twice());

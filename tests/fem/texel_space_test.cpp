@@ -423,6 +423,21 @@ TEST(TexelSpace, CountsManyTilesAsIfEachWereCutAlone) {
   EXPECT_LT((counted.stiffness() - cut.stiffness()).norm(), 1e-11 * cut.stiffness().norm());
 }
 
+TEST(TexelSpace, CountsTilesOnceThatOnlyOneSideGoesOver) {
+  for (const Vector2& tiles : {Vector2(3.4, 0.6), Vector2(0.6, 3.4)}) {
+    const auto tiled = [&](int cells) {
+      Mesh mesh = fixtures::flat_square(cells);
+      for (Vector2& uv : mesh.uvs) uv = uv.cwiseProduct(tiles) + Vector2(0.13, 0.21);
+      return fixtures::textured(mesh, {{48, 40, Wrap::repeat}});
+    };
+    const auto large = tiled(1), small = tiled(8);
+    const TexelSpace counted(large->surface, large->atlas), cut(small->surface, small->atlas);
+    ASSERT_EQ(cut.size(), counted.size());
+    EXPECT_NEAR(column(counted.mass()).sum(), 1, 1e-11);
+    EXPECT_LT((counted.stiffness() - cut.stiffness()).norm(), 1e-11 * cut.stiffness().norm());
+  }
+}
+
 TEST(TexelSpace, RefusesAnAtlasWithRefusedDefects) {
   Mesh mesh = fixtures::flat_square(4);
   mesh.uvs[12] += Vector2(0.6, 0);  // an inner vertex over its neighbours

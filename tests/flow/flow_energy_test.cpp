@@ -75,6 +75,27 @@ TEST(FlowEnergy, OfARotationOfTheSphereIsKnown) {
   }
 }
 
+/// What each triangle's share of the smoothness adds to the matrix is what it adds to the energy.
+TEST(FlowEnergy, IsThatOfTheMatrixWhateverTheTrianglesShares) {
+  const Pair pair = fixtures::moved(fixtures::sphere(2, fixtures::icosahedron()), 2, fixtures::rotation(0.1, Vector3(0.2, 0.3, 1)));
+  const FlowMesh mesh(pair.surface);
+  const DataTerms data = data_terms(mesh.space(), pair.target - pair.source, pair.source);
+  const Random random(8);
+  std::vector<double> shares;
+  for (int t = 0; t < pair.surface.triangle_count(); ++t) shares.push_back(random.uniform(std::uint64_t(t), 0.1, 2));
+  Vector z(2 * mesh.vertex_count());
+  for (Eigen::Index i = 0; i < z.size(); ++i) z[i] = random.uniform(std::uint64_t(1000 + i), -1, 1);
+  const double weight = 3 * data.trace;
+  const auto energy = [&](double w, const std::vector<double>& of) {
+    return z.dot(scalar_matrix(vertex_system(mesh, data, w, of).matrix) * z);
+  };
+  for (const std::vector<double>& of : {std::vector<double>{}, shares}) {
+    const double smoothness = weight * smoothness_energy(mesh, z, of);
+    EXPECT_NEAR((energy(weight, of) - energy(0, of)) / smoothness, 1, 1e-3);
+    EXPECT_NEAR((energy(2 * weight, of) - energy(weight, of)) / smoothness, 1, 1e-3);
+  }
+}
+
 /// At the least D·Y + w·S·Y + d = 0, so that −⟨d, Y⟩ = ⟨Y, D·Y⟩ + w·⟨Y, S·Y⟩.
 TEST(FlowEnergy, IsLeastWhereItsTermsBalanceInEveryBasis) {
   for (const FlowBasis basis : fixtures::bases) {

@@ -26,6 +26,17 @@ TEST(ForwardWarpedField, IsItselfAtTheStart) {
   EXPECT_EQ(std::ranges::count(start.seen.values(), 1), 63);
 }
 
+/// What moves out at one side comes in at none.
+TEST(ForwardWarpedField, LeavesWhatNothingComesToUnseen) {
+  for (const auto& [u, v] : {std::array{5, 0}, {-5, 0}, {0, 4}, {0, -4}, {3, -2}}) {
+    const Image<float> field = field_of(30, 20, [&](double, double) { return std::array{double(u), double(v)}; });
+    const ForwardWarpedField end = forward_warp(field, 1, no_cost(field));
+    for (int y = 0; y < 20; ++y)
+      for (int x = 0; x < 30; ++x)
+        EXPECT_EQ(end.seen(x, y), x - u >= 0 && x - u < 30 && y - v >= 0 && y - v < 20) << u << ' ' << v << ": " << x << ' ' << y;
+  }
+}
+
 /// u = A·p + b: what is at q at time t was at p = (1 + tA)⁻¹(q − tb).
 TEST(ForwardWarpedField, IsExactForAffineMotions) {
   const double a = 0.1, b = -0.3, c = 0.2, d = 0.15, e = 1.5, f = -0.7;

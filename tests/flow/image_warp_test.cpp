@@ -7,6 +7,8 @@
 
 #include "flow/waves.h"
 #include "mq/base/error.h"
+#include "mq/base/random.h"
+#include "mq/flow/detail/image_aligner.h"
 
 namespace mq::test {
 namespace {
@@ -97,6 +99,47 @@ TEST(ImageWarp, ScalesFieldsWithTheirImages) {
   const Image<float> larger = resized_field(field, 24, 24);
   EXPECT_EQ(larger(5, 5, 0), 6);
   EXPECT_EQ(larger(5, 5, 1), -6);
+}
+
+/// A linear field is linear at any size, at the same places: the middle of pixel x of n lies at (x + ½) / n.
+TEST(ImageWarp, ScalesFieldsWhereTheirPixelsLie) {
+  const auto field = [](int width, int height) {
+    return field_of(width, height, [&](double x, double y) {
+      const double s = (x + 0.5) / width, t = (y + 0.5) / height;
+      return std::array{width * (0.1 + 0.2 * s - 0.1 * t), height * (0.3 * t - 0.1 * s)};
+    });
+  };
+  const Image<float> small = field(16, 12);
+  for (const auto& [width, height] : {std::array{32, 24}, {16, 30}, {40, 12}, {16, 12}}) {
+    const Image<float> found = resized_field(small, width, height), truth = field(width, height);
+    ASSERT_EQ(found.width(), width);
+    ASSERT_EQ(found.height(), height);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        if (const double s = (x + 0.5) / width, t = (y + 0.5) / height; std::min({s, t, 1 - s, 1 - t}) > 0.1) {
+          EXPECT_NEAR(found(x, y, 0), truth(x, y, 0), 1e-4);
+          EXPECT_NEAR(found(x, y, 1), truth(x, y, 1), 1e-4);
+        }
+  }
+}
+
+/// Of more pixels than a thread takes at once.
+TEST(MovedImages, AreComparedWhereBothAreInside) {
+  MovedImages before, after;
+  const Random random(3);
+  const int count = 70000;
+  double sum = 0, other = 0;
+  for (int k = 0; k < count; ++k) {
+    const auto i = std::uint64_t(4 * k);
+    before.inside.push_back(random.uniform(i) < 0.8);
+    after.inside.push_back(random.uniform(i + 1) < 0.8);
+    before.cost.push_back(float(random.uniform(i + 2)));
+    after.cost.push_back(float(2 * random.uniform(i + 3)));
+    if (before.inside.back() && after.inside.back()) sum += before.cost.back(), other += after.cost.back();
+  }
+  const MovedCosts found = compared(before, after);
+  EXPECT_NEAR(found.before, sum, 1e-6 * sum);
+  EXPECT_NEAR(found.after, other, 1e-6 * other);
 }
 
 TEST(ImageWarp, SaysWhatItNeeds) {

@@ -61,6 +61,31 @@ TEST(TextureFlow, SwappedTexturesMoveTheOtherWay) {
   EXPECT_LT((there + back).norm(), 1e-3 * there.norm());
 }
 
+/// Neither what both are brighter by nor the unit of length changes what is found, nor what is said of it.
+TEST(TextureFlow, DependsNeitherOnMeansNorOnUnits) {
+  const auto cut = fixtures::turned(fixtures::odd_angle);
+  const Mesh mesh = fixtures::cut_sphere(12, cut);
+  const auto flow_of = [&](double unit, const Eigen::RowVector3d& offset) {
+    Mesh larger = mesh;
+    for (Vector3& p : larger.positions) p *= unit;
+    const MovedTexture moved(larger, {96, 64}, 2 / unit, fixtures::rotation(0.05, Vector3::UnitZ()));
+    const Signal source = moved.source.rowwise() + offset, target = moved.target.rowwise() + offset;
+    return TextureFlow(moved.model->surface, moved.model->atlas, moved.space, source, target, up_to(6)).flow();
+  };
+  const MeshFlow flow = flow_of(1, {0, 0, 0});
+  const double length = flow.field.norm();
+  EXPECT_LT((flow_of(1, {5, -20, 1}).field - flow.field).norm(), 1e-3 * length);
+  const MeshFlow scaled = flow_of(8, {0, 0, 0});
+  EXPECT_LT((scaled.field / 8 - flow.field).norm(), 1e-3 * length);
+  ASSERT_EQ(scaled.levels.size(), flow.levels.size());
+  EXPECT_GT(flow.levels.back().smoothness, 0);
+  EXPECT_NEAR(scaled.levels.back().smoothness / flow.levels.back().smoothness, 1, 1e-3);
+  EXPECT_NEAR(scaled.levels.back().error / flow.levels.back().error, 1, 1e-3);
+  for (const MeshFlowLevel& level : flow.levels) {
+    EXPECT_GE(level.warp_seconds, 0);
+  }
+}
+
 TEST(TextureFlow, FindsTheSameByItsOtherWays) {
   const auto cut = fixtures::turned(fixtures::odd_angle);
   const double angle = 0.05;

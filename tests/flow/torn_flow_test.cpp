@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "flow/waves.h"
+#include "mq/base/random.h"
 #include "mq/flow/image_flow.h"
 
 namespace mq::test {
@@ -150,6 +151,55 @@ TEST(TornFlow, BlendsWhereNothingFits) {
     for (int x = 125; x < 145; ++x)
       largest = std::max(largest, std::abs(double(between(x, y)) - 0.5 * (source(x, y) + target(x, y))));
   EXPECT_LT(largest, 0.5);
+}
+
+TEST(TornFlow, BlendsImagesOfDifferentThings) {
+  // Waves, and boxes of other values: whatever is laid over them, they are not alike.
+  const Waves waves(8, 60, 3, 60), other(3, 9, 9, 60);
+  const Image<float> source = drawn(160, 160, [&](double x, double y) { return waves(x, y); });
+  const Image<float> target = drawn(160, 160, [&](double x, double y) { return std::tanh(4 * other(x, y)); });
+  const ImageFlow flow = image_flow(source, target);
+  ASSERT_TRUE(flow.fit);
+  EXPECT_TRUE(flow.fit->unrelated);
+  const Image<float> between = interpolated(flow, source, target, 0.25);
+  for (std::size_t i = 0; i < between.values().size(); ++i)
+    ASSERT_NEAR(between.values()[i], 0.75 * source.values()[i] + 0.25 * target.values()[i], 1e-5) << i;
+  // Under noise a motion is one all the same.
+  const Random random(4);
+  const auto noisy = [&](double way, std::uint64_t seed) {
+    std::uint64_t k = seed << 32;
+    return drawn(160, 160, [&](double x, double y) { return waves(x - way, y) + 1.5 * (random.uniform(k++) - 0.5); });
+  };
+  const ImageFlow related = image_flow(noisy(0, 1), noisy(5, 2));
+  EXPECT_TRUE(!related.fit || !related.fit->unrelated);
+  EXPECT_FALSE(image_flow(Layers().at(0), Layers().at(1)).fit->unrelated);
+}
+
+/// Another exposure is seen by itself: what it is changes nothing then, and what lies between has the light of both.
+TEST(TornFlow, MatchesLightWhereItIsAnother) {
+  const Waves waves(5, 40, 3, 60);
+  const auto at = [&](double way, double contrast, double offset) {
+    return drawn(160, 120, [&](double x, double y) { return contrast * waves(x - way, y) + offset; });
+  };
+  const Image<float> source = at(0, 1, 0), target = at(6, 0.4, 2);
+  const ImageFlow flow = image_flow(source, target);
+  ASSERT_TRUE(flow.fit);
+  EXPECT_EQ(flow.fit->light, ImageLight::matched);
+  EXPECT_FALSE(flow.fit->unrelated);
+  EXPECT_LT(error_where(flow.field, 6, [](int x, int y) { return x > 16 && x < 144 && y > 16 && y < 104; }), 0.2);
+  const Image<float> between = interpolated(flow, source, target, 0.5), truth = at(3, 0.7, 1);
+  double sum = 0, blend = 0;
+  for (int y = 16; y < 104; ++y)
+    for (int x = 16; x < 144; ++x) {
+      sum += std::pow(between(x, y) - truth(x, y), 2);
+      blend += std::pow(0.5 * (source(x, y) + target(x, y)) - truth(x, y), 2);
+    }
+  EXPECT_LT(sum, 0.05 * blend);
+  // In one light nothing is matched, nor where that is asked for.
+  EXPECT_EQ(image_flow(source, at(6, 1, 0)).fit->light, ImageLight::kept);
+  ImageFlowOptions kept;
+  kept.light = ImageLight::kept;
+  EXPECT_EQ(image_flow(source, target, kept).fit->light, ImageLight::kept);
 }
 
 TEST(TornFlow, SearchesOnlyWhereAskedAndWhereSomethingIsLeft) {

@@ -130,13 +130,13 @@ void add_options_for_pictures(OptionTable& table) {
   using Type = Option::Type;
   table.add({.name = "light",
              .type = Type::choice,
-             .choices = {"kept", "matched"},
+             .choices = {"auto", "kept", "matched"},
              .group = "Pictures",
              .help =
-                 "matched: each channel of both is brought to one mean and variance first, where "
-                 "exposure or contrast differ [default kept]",
-             .details = "What moves into a picture or out of it changes them too, so only where "
-                        "light did change."});
+                 "matched: each channel of both is brought to one mean and variance first, where exposure or contrast "
+                 "differ; auto: where the pictures fit badly without, and well with it [default auto]",
+             .details = "What moves into a picture or out of it changes them too, so only where light did change. With "
+                        "--search none auto is kept."});
   table.add({.name = "paths",
              .type = Type::choice,
              .choices = {"integrated", "straight"},
@@ -219,7 +219,9 @@ ImageFlowOptions image_flow_options(const OptionValues& options) {
     flow.path = options.text("paths") == "straight" ? FlowPath::straight : FlowPath::integrated;
   if (options.has("search")) flow.search = options.text("search") == "far" ? FlowSearch::far : FlowSearch::none;
   if (options.has("light"))
-    flow.light = options.text("light") == "matched" ? ImageLight::matched : ImageLight::kept;
+    flow.light = options.text("light") == "matched" ? ImageLight::matched
+                 : options.text("light") == "kept"  ? ImageLight::kept
+                                                    : ImageLight::doubted;
   take_common(options, flow);
   return flow;
 }
@@ -294,6 +296,7 @@ Json flow_json(const ImageFlow& flow) {
   if (flow.fit) {
     result["torn"] = flow.fit->torn;
     result["unfit"] = flow.fit->unfit;
+    result["unrelated"] = flow.fit->unrelated;
   }
   return result;
 }

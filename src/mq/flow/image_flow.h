@@ -42,9 +42,10 @@ struct ImageFlowOptions : FlowOptions {
   /// ℓ of the field at every scale; 0: that of the scale.
   Length smoothness = {0, Length::Unit::texels};
 
-  /// Whether another exposure or contrast of the one image is made good. Not by itself: what moves
-  /// into the images or out of them changes their means too.
-  ImageLight light = ImageLight::kept;
+  /// Whether another exposure or contrast of the one image is made good. Not before something says so: what moves
+  /// into the images or out of them changes their means too. `doubted` is for where far motions are searched for, and
+  /// `kept` elsewhere.
+  ImageLight light = ImageLight::doubted;
 
   /// Small things beside others that move far, as photographs have: halfway and with scales `hierarchical` only.
   FlowSearch search = FlowSearch::far;
@@ -86,8 +87,11 @@ struct ImageFlow {
     bool torn = false;
     Image<float> misfit;  ///< halfway, one channel: 0 alike, 1 unlike, the mean around each pixel
     double unfit = 0;     ///< the share of pixels halfway that nothing fits: pictures between show the blend there
+    /// Whether the two seem to show different things: nothing fits more than 15 % of the pixels, and along X more than
+    /// 30 % of what they differ in is left. Pictures between are the blend then.
+    bool unrelated = false;
     Length detail{};      ///< how the signals were prepared
-    ImageLight light = ImageLight::kept;
+    ImageLight light = ImageLight::kept;  ///< or `matched`
   };
   std::optional<Fit> fit;
 };
@@ -106,7 +110,8 @@ struct ImageFlow {
 /// Motions that are far, and small things beside them, are then searched for (`torn_field`) if a hundredth of the
 /// pixels are unlike along X, and that field, which is straight, is kept if the images fit a third better along it and
 /// its error is less (after [kroeger2016dis], [brox2011ldof], [lempitsky2008fusionflow]). It takes about as long as
-/// all before.
+/// all before. Where light is `doubted` and nothing fits a twentieth of the pixels, all is done once more with light
+/// matched, and kept if nothing fits less than half as many then.
 ///
 /// Both images are normalised together, after `detail`, to variance 1 over all channels: c·φ gives
 /// the same field for any c > 0. Swapped images give −X, bit for bit, halfway. Throws
@@ -140,7 +145,7 @@ Image<float> forward_displacement(const ImageFlow& flow);
 /// counts. A forward field says where the source's pixels go: it is carried along to time t first
 /// (`forward_warp.h`), and where nothing of the source comes to, the target alone counts. So is one that jumps; where
 /// what moves otherwise hides a pixel's place in one image the other alone counts. With `fit`, what is hidden in both
-/// or unlike in both, and no less so than it lies, is blended without moving.
+/// or unlike in both, and no less so than it lies, is blended without moving; all is where the two are `unrelated`.
 Image<float> interpolated(const ImageFlow& flow, const Image<float>& source,
                           const Image<float>& target, double t);
 

@@ -41,6 +41,24 @@ std::string without_factors(const OptionValues& options) {
   return "--scales hierarchical";
 }
 
+/// Says how far two pictures go together where far motions were searched for.
+void say_fit(Run& run, const ImageFlow& flow, ImageLight asked) {
+  if (!flow.fit) return;
+  const ImageFlow::Fit& fit = *flow.fit;
+  if (fit.light != asked && fit.light == ImageLight::matched)
+    run.terminal().remark("the light is another in each, so both are brought to one mean and variance before they are "
+                          "aligned: --light matched");
+  if (fit.unrelated)
+    run.terminal().warning(fmt::format(
+        "the two seem to show different things: nothing in the one fits {:.0f} % of the other, and {:.0f} % of what they "
+        "differ in is left, so pictures between are mixed as they lie; --search none moves them all the same",
+        100 * fit.unfit, 100 * flow.error.back() / flow.error.front()));
+  else if (fit.unfit > many_unfit)
+    run.terminal().remark(
+        fmt::format("nothing in the one picture fits {:.0f} % of the other: there the two are mixed as they lie",
+                    100 * fit.unfit));
+}
+
 /// Says of a pair, aligned as `run.result` says, why it did not come nearer, or not near.
 void warn_of_little(Run& run, const Likeness& alike) {
   const double before = run.result["error"].front(), after = run.result["error"].back();
@@ -129,17 +147,15 @@ ImageFlow AskedPictures::align(Run& run, const ImageFlowOptions& options,
   ImageFlow flow =
       given_ ? pair_.follow(*given_, options, progress) : pair_.align(options, progress);
   run.result = flow_json(flow);
-  if (flow.fit && flow.fit->unfit > many_unfit)
-    run.terminal().remark(
-        fmt::format("nothing in the one picture fits {:.0f} % of the other: there the two are mixed as they lie",
-                    100 * flow.fit->unfit));
-  if (!given_)
-    warn_of_little(run, pair_.likeness());
-  else if (flow.error.front() > 0 && !(flow.error.back() < flow.error.front()))
+  say_fit(run, flow, options.light);
+  if (!given_) {
+    if (!(flow.fit && flow.fit->unrelated)) warn_of_little(run, pair_.likeness());
+  } else if (flow.error.front() > 0 && !(flow.error.back() < flow.error.front())) {
     run.terminal().warning(fmt::format(
         "{}: brings the two no nearer to each other (error {:.4g}, mixed as they lie {:.4g}): it "
         "may be of another pair, or from the second to the first",
         run.options().text("flow"), flow.error.back(), flow.error.front()));
+  }
   return flow;
 }
 

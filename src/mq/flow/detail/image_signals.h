@@ -12,8 +12,9 @@ struct SignalPair {
 
 /// What is done about images taken in different light.
 enum class ImageLight {
-  kept,    ///< nothing: values that differ are differences
-  matched  ///< each channel of both is brought to the same mean and variance
+  kept,     ///< nothing: values that differ are differences
+  matched,  ///< each channel of both is brought to the same mean and variance
+  doubted   ///< kept; matched where the two fit each other badly, and fit then
 };
 
 /// (φ − Smooth(φ)) / σ of thesis 4.4.2, of both images: Smooth is a Gaussian that damps as
