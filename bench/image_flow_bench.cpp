@@ -6,6 +6,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <array>
 
 #include "flow/waves.h"
 #include "mq/flow/image_flow.h"
@@ -54,7 +55,7 @@ void Exposure(benchmark::State& state) {
     return (other ? 0.6 : 1) * waves(x - u, y - v) + (other ? 0.2 : 0);
   });
   ImageFlowOptions options;
-  options.light = state.range(1) ? ImageLight::matched : ImageLight::kept;
+  options.light = std::array{ImageLight::kept, ImageLight::matched, ImageLight::doubted}[std::size_t(state.range(1))];
   options.gradient_weight = double(state.range(2));
   ImageFlow flow;
   for (auto _ : state) flow = image_flow(source, target, options);
@@ -64,8 +65,8 @@ void Exposure(benchmark::State& state) {
       });
 }
 BENCHMARK(Exposure)
-    ->ArgNames({"light", "matched", "gradients"})
-    ->ArgsProduct({{0, 1}, {0, 1}, {0, 5}})
+    ->ArgNames({"light", "kept_matched_doubted", "gradients"})
+    ->ArgsProduct({{0, 1}, {0, 1, 2}, {0, 5}})
     ->Unit(benchmark::kMillisecond)
     ->Iterations(1);
 

@@ -2,10 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
 #include "cli/moving_pictures.h"
+#include "flow/waves.h"
 #include "mq/io/flow_file.h"
 
 namespace mq::test {
@@ -151,9 +153,28 @@ TEST(Interpolate, SearchesForFarMotionsUnlessToldNotTo) {
   ASSERT_EQ(none.status, 0) << none.error;
   EXPECT_FALSE(far.json()["result"]["torn"].get<bool>());
   EXPECT_LT(far.json()["result"]["unfit"].get<double>(), 0.01);
+  EXPECT_EQ(far.json()["result"]["light"], "kept");
+  EXPECT_FALSE(far.json()["result"]["unrelated"].get<bool>());
   EXPECT_FALSE(none.json()["result"].contains("unfit"));
   const Result model = marquetry(folder, {"interpolate", "m.obj", "a.png", "b.png", "-o", "c.png", "--search", "none"});
   EXPECT_THAT(model.error, HasSubstr("--search is for pictures"));
+}
+
+TEST(Interpolate, SaysThatPicturesShowDifferentThingsOrAreInAnotherLight) {
+  const Folder folder;
+  const Waves waves(8, 60, 3, 60), fine(3, 9, 9, 60);
+  const auto write = [&](const std::string& name, const Signal2& signal) {
+    write_image(folder / name, drawn(160, 160, [&](double x, double y) { return std::clamp(signal(x, y), 0.0, 1.0); }));
+  };
+  write("a.png", [&](double x, double y) { return 0.5 + 0.2 * waves(x, y); });
+  write("dark.png", [&](double x, double y) { return 0.2 + 0.08 * waves(x - 5, y); });
+  write("other.png", [&](double x, double y) { return 0.5 + 0.3 * std::tanh(4 * fine(x, y)); });
+  const Result other = marquetry(folder, {"interpolate", "a.png", "other.png", "-o", "c.png", "--report", "c.json"});
+  ASSERT_EQ(other.status, 0) << other.error;
+  EXPECT_THAT(other.error, AllOf(HasSubstr("warning: the two seem to show different things"), HasSubstr("--search none")));
+  const Result dark = marquetry(folder, {"interpolate", "a.png", "dark.png", "-o", "d.png"});
+  ASSERT_EQ(dark.status, 0) << dark.error;
+  EXPECT_THAT(dark.error, AllOf(HasSubstr("the light is another in each"), Not(HasSubstr("warning"))));
 }
 
 TEST(Interpolate, RefusesOutputsThatDoNotGoWithTheOptions) {

@@ -171,6 +171,29 @@ TEST(StencilMatrix, MultipliesAsTheMatrixItWasMadeFrom) {
   }
 }
 
+/// A texel that is hardly visible gets a unit of its own, a power of two, in which its row is about as large as those around.
+TEST(Hierarchy, BringsRowsThatAreHardlyVisibleToTheSizeOfOthers) {
+  const Patchwork p = make_patchwork({.size = 60, .charts = 2});
+  SparseMatrix A = system_of(p, 5);
+  const std::vector<int> rows = make_robust_layout(A, p.texels).irregular;
+  ASSERT_GT(rows.size(), 10U);
+  const int weak = rows[rows.size() / 2];
+  for (int i = 0; i < A.rows(); ++i)
+    for (SparseMatrix::InnerIterator e(A, i); e; ++e)
+      e.valueRef() *= std::pow(1e-5, (i == weak) + (int(e.col()) == weak));
+  const Hierarchy hierarchy = texel_hierarchy(A, p.texels);
+  const SparseMatrix B = scaled(A, hierarchy);
+  double around = 0;
+  for (SparseMatrix::InnerIterator e(A, weak); e; ++e)
+    if (e.col() != weak) around = std::max(around, B.coeff(e.col(), e.col()));
+  EXPECT_LT(A.coeff(weak, weak), 1e-9 * A.coeff(rows[0], rows[0]));
+  EXPECT_GE(B.coeff(weak, weak), 0.49 * around);
+  EXPECT_LE(B.coeff(weak, weak), 2.01 * around);
+  const double unit = hierarchy.scaling().row(weak);
+  EXPECT_EQ(std::exp2(std::round(std::log2(unit))), unit);
+  EXPECT_EQ(hierarchy.scaling().row(rows[0]), 1);
+}
+
 TEST(Cycle, IsSymmetricAndReducesTheErrorInTheEnergyNorm) {
   for (const int charts : {1, 4}) {
     const Patchwork p = make_patchwork({.size = 80, .charts = charts});

@@ -297,6 +297,7 @@ Json flow_json(const ImageFlow& flow) {
     result["torn"] = flow.fit->torn;
     result["unfit"] = flow.fit->unfit;
     result["unrelated"] = flow.fit->unrelated;
+    result["light"] = flow.fit->light == ImageLight::matched ? "matched" : "kept";
   }
   return result;
 }

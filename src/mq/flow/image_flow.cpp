@@ -46,8 +46,8 @@ constexpr double most_of_misfit = 2.0 / 3;
 /// 0.35 on.
 constexpr double unrelated_unfit = 0.15, unrelated_error = 0.3;
 
-/// Of all pixels, that nothing fits, from where on light may have changed, and the part of them that it shall help.
-constexpr double doubtful_unfit = 0.05, most_still_unfit = 0.5;
+/// Of all pixels, that nothing fits, or of the blend's error, that is left, from where on light may have changed.
+constexpr double doubtful_unfit = 0.05, doubtful_error = 0.2;
 
 void require_images(const Image<float>& source, const Image<float>& target) {
   require(
@@ -180,10 +180,11 @@ ImageFlow image_flow(const Image<float>& source, const Image<float>& target,
   ImageFlowOptions lit = options;
   if (options.light == ImageLight::doubted) lit.light = ImageLight::kept;
   ImageFlow flow = flow_in_light(source, target, lit, progress.step("align", 0.98));
-  if (options.light != ImageLight::doubted || !flow.fit || flow.fit->unfit < doubtful_unfit) return flow;
+  if (options.light != ImageLight::doubted || !flow.fit) return flow;
+  if (flow.fit->unfit < doubtful_unfit && flow.error.back() < doubtful_error * flow.error.front()) return flow;
   lit.light = ImageLight::matched;
   ImageFlow matched = flow_in_light(source, target, lit, progress.step("match light", 0.02));
-  return matched.fit->unfit < most_still_unfit * flow.fit->unfit ? matched : flow;
+  return mean_of(matched.fit->misfit) < most_of_misfit * mean_of(flow.fit->misfit) ? matched : flow;
 }
 
 ImageFlow known_flow(const Image<float>& source, const Image<float>& target,

@@ -110,8 +110,8 @@ struct ImageFlow {
 /// Motions that are far, and small things beside them, are then searched for (`torn_field`) if a hundredth of the
 /// pixels are unlike along X, and that field, which is straight, is kept if the images fit a third better along it and
 /// its error is less (after [kroeger2016dis], [brox2011ldof], [lempitsky2008fusionflow]). It takes about as long as
-/// all before. Where light is `doubted` and nothing fits a twentieth of the pixels, all is done once more with light
-/// matched, and kept if nothing fits less than half as many then.
+/// all before. Where light is `doubted`, and nothing fits a twentieth of the pixels or a fifth of the error is left, all is
+/// done once more with light matched, which is kept if the images fit a third better then, whatever their light.
 ///
 /// Both images are normalised together, after `detail`, to variance 1 over all channels: c·φ gives
 /// the same field for any c > 0. Swapped images give −X, bit for bit, halfway. Throws

@@ -48,19 +48,14 @@ void say_fit(Run& run, const ImageFlow& flow, ImageLight asked) {
   if (fit.light != asked && fit.light == ImageLight::matched)
     run.terminal().remark("the light is another in each, so both are brought to one mean and variance before they are "
                           "aligned: --light matched");
-  if (fit.unrelated)
-    run.terminal().warning(fmt::format(
-        "the two seem to show different things: nothing in the one fits {:.0f} % of the other, and {:.0f} % of what they "
-        "differ in is left, so pictures between are mixed as they lie; --search none moves them all the same",
-        100 * fit.unfit, 100 * flow.error.back() / flow.error.front()));
-  else if (fit.unfit > many_unfit)
+  if (!fit.unrelated && fit.unfit > many_unfit)
     run.terminal().remark(
         fmt::format("nothing in the one picture fits {:.0f} % of the other: there the two are mixed as they lie",
                     100 * fit.unfit));
 }
 
 /// Says of a pair, aligned as `run.result` says, why it did not come nearer, or not near.
-void warn_of_little(Run& run, const Likeness& alike) {
+void warn_of_little(Run& run, const Likeness& alike, const std::optional<ImageFlow::Fit>& fit = {}) {
   const double before = run.result["error"].front(), after = run.result["error"].back();
   if (alike.first_constant || alike.second_constant)
     run.terminal().warning(fmt::format("{} of one colour, so nothing says what moves where",
@@ -78,6 +73,11 @@ void warn_of_little(Run& run, const Likeness& alike) {
     run.terminal().warning(
         "no motion brings the two nearer to each other, so the field is 0: try another --largest, "
         "or --detail 0 where shades are broad");
+  else if (fit && fit->unrelated)
+    run.terminal().warning(fmt::format(
+        "the two seem to show different things: nothing in the one fits {:.0f} % of the other, and {:.0f} % of what they "
+        "differ in is left, so pictures between are mixed as they lie; --search none moves them all the same",
+        100 * fit->unfit, 100 * after / before));
   else if (after > much_left * before)
     run.terminal().remark(fmt::format(
         "{:.0f} % of what the two differ in is left: where things moved farther than was "
@@ -149,7 +149,7 @@ ImageFlow AskedPictures::align(Run& run, const ImageFlowOptions& options,
   run.result = flow_json(flow);
   say_fit(run, flow, options.light);
   if (!given_) {
-    if (!(flow.fit && flow.fit->unrelated)) warn_of_little(run, pair_.likeness());
+    warn_of_little(run, pair_.likeness(), flow.fit);
   } else if (flow.error.front() > 0 && !(flow.error.back() < flow.error.front())) {
     run.terminal().warning(fmt::format(
         "{}: brings the two no nearer to each other (error {:.4g}, mixed as they lie {:.4g}): it "
