@@ -222,6 +222,30 @@ TEST(WithContrast, PutsTheMeanInTheMiddle) {
 }
 
 /// Conjugate gradients come nearer in the energy with every step, and so do the pictures.
+/// So many deviations below the mean are 0, and as many above it 1.
+TEST(WithContrast, PutsTheDeviationsAtTheEnds) {
+  Signal signal(4, 2);
+  signal << 3, 10, 5, 30, 3, 10, 5, 30;  // mean 4 and deviation 1; 20 and 10
+  for (const double deviations : {1.0, 4.0}) {
+    const Signal found = with_contrast(signal, deviations);
+    for (int i = 0; i < 4; ++i)
+      for (int c = 0; c < 2; ++c) EXPECT_NEAR(found(i, c), 0.5 + (i % 2 == 1 ? 0.5 : -0.5) / deviations, 1e-12);
+  }
+}
+
+TEST(LinesOver, GoTwoFifthsOfTheWayToBlackAndToWhite) {
+  Signal colours(5, 3), grey(5, 1);
+  colours << 0.5, 1, 0.3, 0.5, 1, 0.3, 0.5, 1, 0.3, 0.5, 0, 0.3, 2, 0.2, 0.3;
+  grey << 0, 0.5, 1, 1, 0.75;
+  const Signal found = lines_over(colours, grey, 2);
+  const double expected[5][2] = {{0.3, 0.6}, {0.5, 1}, {0.7, 1}, {0.7, 0.4}, {2, 0.36}};
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_NEAR(found(i, 0), expected[i][0], 1e-12) << i;
+    EXPECT_NEAR(found(i, 1), expected[i][1], 1e-12) << i;
+    EXPECT_EQ(found(i, 2), 0.3);
+  }
+}
+
 TEST(WatchLinesForm, BeginsWithTheNoiseAndComesNearerToTheLines) {
   const auto model = fixtures::textured(fixtures::cut_square({}), {{60, 60}});
   const std::vector<Vector3> field(model->surface.mesh.triangles.size(), Vector3(1, 0.4, 0));
