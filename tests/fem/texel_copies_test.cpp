@@ -6,6 +6,7 @@
 #include <set>
 
 #include "atlas/laid_strips.h"
+#include "mq/mesh/geometry.h"
 
 namespace mq {
 namespace {
@@ -72,7 +73,7 @@ TEST(TexelCopies, MeanAsManyChartsAsCoverTheCentre) {
           p[std::size_t(k)] = Vector2(double(atlas.corners[t][k].x), double(atlas.corners[t][k].y)) / double(TexelPoint::one) -
                               Vector2(x, y);
         std::array<double, 3> side;
-        for (std::size_t k = 0; k < 3; ++k) side[k] = p[k].x() * p[(k + 1) % 3].y() - p[k].y() * p[(k + 1) % 3].x();
+        for (std::size_t k = 0; k < 3; ++k) side[k] = cross(p[k], p[(k + 1) % 3]);
         const auto [least, most] = std::ranges::minmax(side);
         near_edge = near_edge || (least > -0.1 && most < 0.1) || std::ranges::any_of(side, [](double s) { return std::abs(s) < 1e-3; });
         if (least > 0 || most < 0) ++inside, first = first || t == 0;

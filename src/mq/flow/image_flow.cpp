@@ -184,7 +184,8 @@ ImageFlow image_flow(const Image<float>& source, const Image<float>& target,
   if (flow.fit->unfit < doubtful_unfit && flow.error.back() < doubtful_error * flow.error.front()) return flow;
   lit.light = ImageLight::matched;
   ImageFlow matched = flow_in_light(source, target, lit, progress.step("match light", 0.02));
-  return mean_of(matched.fit->misfit) < most_of_misfit * mean_of(flow.fit->misfit) ? matched : flow;
+  if (mean_of(matched.fit->misfit) < most_of_misfit * mean_of(flow.fit->misfit)) return matched;
+  return flow;
 }
 
 ImageFlow known_flow(const Image<float>& source, const Image<float>& target,
