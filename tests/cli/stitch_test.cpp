@@ -173,6 +173,26 @@ TEST(Stitch, RecoversAPictureOfWhichChartsWereShifted) {
   }
 }
 
+/// Borders as published take a step of the slope out of a picture that needs nothing, and more of it than ours changes.
+TEST(Stitch, MakesBordersLevelWhereAskedTo) {
+  const Folder folder;
+  write_strip(folder);
+  write_image(folder / "strip.png", picture(64, 48, 1));
+  const auto changed = [&](const char* borders) {
+    const Result result = marquetry(folder, {"stitch", "strip.obj", "-o", "out.exr", "--depth", "float", "--overwrite", "--exposure",
+                                             "keep", "--alpha", "0.01", "--borders", borders});
+    EXPECT_EQ(result.status, 0) << result.error;
+    const Image<float> after = read_texture(folder / "out.exr").pixels, before = read_texture(folder / "strip.png").pixels;
+    double sum = 0;
+    for (int y = 8; y < 40; ++y)
+      for (int x = 5; x < 59; ++x) sum += std::pow(after(x, y, 0) - before(x, y, 0), 2);
+    return std::sqrt(sum);
+  };
+  const double level = changed("level"), continued = changed("continued");
+  EXPECT_GT(level, 0.02);
+  EXPECT_LT(continued, level / 4);
+}
+
 TEST(Stitch, ReturnsConstantsAndSingleRegionsUnchanged) {
   const Folder folder;
   write_gains(folder, 1.5);

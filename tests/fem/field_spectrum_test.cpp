@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "fem/field_product.h"
 #include "fem/handlebody.h"
 #include "fixtures.h"
 #include "mq/fem/vertex_space.h"
@@ -26,12 +27,7 @@ using testing::HasSubstr;
 constexpr FieldBasis bases[] = {FieldBasis::triangle, FieldBasis::gradient, FieldBasis::whitney,
                                 FieldBasis::vertex};
 
-double product(const Surface& surface, const TangentField& X, const TangentField& Y) {
-  double sum = 0;
-  for (int t = 0; t < surface.triangle_count(); ++t)
-    sum += triangle_area(surface.mesh, t) * X[t].dot(Y[t]);
-  return sum;
-}
+using fixtures::product;
 
 /// A mesh with edges that are not Delaunay.
 Surface sheared_torus() {

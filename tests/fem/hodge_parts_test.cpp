@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "atlas/atlas_fixtures.h"
+#include "fem/field_product.h"
 #include "fem/handlebody.h"
 #include "mq/base/random.h"
 #include "mq/mesh/geometry.h"
@@ -14,11 +15,7 @@
 namespace mq {
 namespace {
 
-double product(const Surface& surface, const TangentField& x, const TangentField& y) {
-  double sum = 0;
-  for (int t = 0; t < surface.triangle_count(); ++t) sum += triangle_area(surface.mesh, t) * x[t].dot(y[t]);
-  return sum;
-}
+using fixtures::product;
 
 /// Random vectors in the planes of triangles.
 TangentField noise(const Surface& surface) {

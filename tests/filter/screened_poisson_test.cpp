@@ -253,6 +253,9 @@ class TwoUnknowns final : public SignalSpace {
   Signal stiffness_times(const Signal& psi, std::span<const double>) const override {
     return psi.rowwise() - psi.colwise().mean();
   }
+  Signal edge_divergence(const std::vector<std::array<int, 2>>&, const Signal& z) const override {
+    return 0 * z;
+  }
   SurfaceScale scale() const override { return {}; }
   int element_count() const override { return 0; }
   std::vector<float> gradient_norms(const Signal&) const override { return {}; }

@@ -13,8 +13,6 @@
 
 namespace mq::app {
 
-using Type = Option::Type;
-
 bool asks_for(const OptionValues& options, const std::string& name) {
   if (!options.given(name)) return false;
   const Option& option = options.table().find(name);
@@ -28,7 +26,7 @@ bool asks_for(const OptionValues& options, const std::string& name) {
 void add_output_option(OptionTable& table) {
   table.add({.name = "output",
              .letter = 'o',
-             .type = Type::path,
+             .type = Option::Type::path,
              .required = true,
              .metavar = "OUT",
              .help = "a picture, a model, or a folder for all pictures",
@@ -45,7 +43,7 @@ void add_spread_options(OptionTable& table, const Length& usual, const std::stri
   const bool by_alpha = usual.unit == Length::Unit::alpha;
   table.add({.name = "alpha",
              .letter = 'a',
-             .type = Type::number,
+             .type = Option::Type::number,
              .default_value = by_alpha ? as_typed(usual.value) : "",
              .least = 0,
              .most = 1e6,
@@ -58,7 +56,7 @@ void add_spread_options(OptionTable& table, const Length& usual, const std::stri
   table.add(
       {.name = "length",
        .letter = 'l',
-       .type = Type::length,
+       .type = Option::Type::length,
        .default_value = by_alpha ? "" : as_typed(usual),
        .group = group,
        .help = "the same as a distance: 0.02 in model units, 1% of sqrt(area), 8tx in texels"});
@@ -76,7 +74,7 @@ double spread_weight(const OptionValues& options, const SurfaceScale& scale) {
 
 void add_halo_option(OptionTable& table, const std::string& group) {
   table.add({.name = "halo",
-             .type = Type::number,
+             .type = Option::Type::number,
              .least = 0,
              .most = 1000,
              .infinite = true,
@@ -100,7 +98,7 @@ double asked_halo(const OptionValues& options, const Model& model, const Signal&
 
 void add_space_option(OptionTable& table) {
   table.add({.name = "space",
-             .type = Type::choice,
+             .type = Option::Type::choice,
              .default_value = "stored",
              .choices = {"stored", "linear", "log"},
              .group = "Signal",
@@ -119,7 +117,7 @@ void add_normals_option(OptionTable& table) {
 
 void add_normal_space_option(OptionTable& table, const std::string& remark) {
   table.add({.name = "normal-space",
-             .type = Type::choice,
+             .type = Option::Type::choice,
              .default_value = "auto",
              .choices = {"auto", "object", "tangent", "directx"},
              .group = "Signal",

@@ -14,6 +14,7 @@
 #include "verbs/shared/filter_strength.h"
 #include "verbs/shared/geometry.h"
 #include "options/field_options.h"
+#include "options/gradient_options.h"
 #include "options/mask_options.h"
 #include "mq/base/error.h"
 #include "mq/filter/geometry_filter.h"
@@ -135,9 +136,28 @@ Filtered filtered(const ScreenedPoisson& equation, const ModelSignal& target, co
   return solve_without_halos(equation, target.space(), values, beta, halo, progress);
 }
 
+/// Sets `halo` to what the filter keeps to.
+Filtered filtered_by_strength(Run& run, const TexturedModel& scene, const ModelSignal& target, const ScreenedPoisson& equation,
+                              const Signal& before, const std::vector<double>& beta, HaloOptions& halo,
+                              const Progress& progress) {
+  const OptionValues& options = run.options();
+  halo.fraction = asked_halo(options, scene.model, before);
+  if (std::isinf(halo.fraction) && options.has("threshold"))
+    throw InvalidInput("--threshold is of sharpening that limits halos, which is not so of normals, of light and "
+                       "with --halo inf: give --halo a number, such as 0.2, or leave --threshold out");
+  halo.threshold = std::isinf(halo.fraction) ? 0 : asked_threshold(options, scene.model);
+  if (!by_luminance(options, scene.model)) return filtered(equation, target, before, beta, halo, progress);
+  const Signal Y = luminance(before);
+  Filtered found = filtered(equation, target, Y, beta, halo, progress);
+  found.signal = with_luminance(before, Y, found.signal);
+  return found;
+}
+
 Exit filter(Run& run) {
   const OptionValues& options = run.options();
-  require_strength(options);
+  const bool towards = options.has("gradient");
+  if (!towards) require_strength(options);
+  require(towards || !asks_for(options, "gradient-scale"), "--gradient-scale is of a field: name one with --gradient");
   if (options.flag("geometry")) return filter_geometry(run);
   for (const char* name : {"by-curvature", "smooth-normals", "fit-weight", "fit-steps"})
     require(!asks_for(options, name),
@@ -150,6 +170,7 @@ Exit filter(Run& run) {
       at_vertices(options, scene) ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
   check_mask(run, scene);
+  if (towards) check_gradient(options, scene);
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<ModelSignal> target;
@@ -163,33 +184,30 @@ Exit filter(Run& run) {
   }
   const SurfaceScale scale = target->space().scale();
   const double weight = asked_weight(options, scale);
-  const std::vector<double> beta =
-      mask ? modulation(*mask, asked_beta(options))
-           : std::vector<double>(std::size_t(target->space().size()), asked_beta(options));
+  std::vector<double> beta;
+  if (!towards)
+    beta = mask ? modulation(*mask, asked_beta(options))
+                : std::vector<double>(std::size_t(target->space().size()), asked_beta(options));
   Solution solution;
   HaloOptions halo;
   about(scene.model, [&] {
     solution = solve_poisson(
         run, *target, along ? *along : target->space(), weight,
         [&](const ScreenedPoisson& equation, const Signal& before, const Progress& progress) {
-          halo.fraction = asked_halo(options, scene.model, before);
-          if (std::isinf(halo.fraction) && options.has("threshold"))
-            throw InvalidInput("--threshold is of sharpening that limits halos, which is not so of normals, of light and "
-                               "with --halo inf: give --halo a number, such as 0.2, or leave --threshold out");
-          halo.threshold = std::isinf(halo.fraction) ? 0 : asked_threshold(options, scene.model);
-          if (!by_luminance(options, scene.model))
-            return filtered(equation, *target, before, beta, halo, progress);
-          const Signal Y = luminance(before);
-          Filtered found = filtered(equation, *target, Y, beta, halo, progress);
-          found.signal = with_luminance(before, Y, found.signal);
-          return found;
+          if (towards)
+            return equation.solve_towards(
+                before, asked_gradient_moments(run, scene, *target, before, progress.step("field", 0.2)),
+                progress.step("solve", 0.8));
+          return filtered_by_strength(run, scene, *target, equation, before, beta, halo, progress);
         });
   });
   run.result.update(change_json(solution.before, solution.filtered.signal, value_space(run.options()).space));
   run.result["alpha"] = number_json(weight / scale.area);
   run.result["length"] = number_json(std::sqrt(weight));
-  run.result["halo"] = number_json(halo.fraction);
-  run.result["threshold"] = halo.threshold;
+  if (!towards) {
+    run.result["halo"] = number_json(halo.fraction);
+    run.result["threshold"] = halo.threshold;
+  }
 
   const Step step(run, "write", 0.04);
   target->put(solution.before, solution.filtered.signal, scene.model);
@@ -246,6 +264,7 @@ Verb filter_verb() {
                      "how far it reaches: weight of gradients on the surface scaled to unit area",
                      true);
   add_direction_options(table, "Along a field", "filter", "10");
+  add_gradient_options(table, "Towards a field");
   table.exclusive({"strength", "beta"});
   table.exclusive({"radius", "alpha", "length"});
   table.exclusive({"strength", "alpha"});
@@ -258,13 +277,16 @@ Verb filter_verb() {
   table.exclusive({"normals", "vertices"});
   table.exclusive({"normal-space", "vertices"});
   table.exclusive({"normals", "luminance"});
-  for (const char* name : {"space", "normal-space", "vertices", "depth", "luminance", "halo", "threshold", "field"})
+  for (const char* name : {"space", "normal-space", "vertices", "depth", "luminance", "halo", "threshold", "field", "gradient"})
     table.exclusive({"geometry", name});
+  for (const char* name : {"strength", "luminance", "halo", "threshold", "mask", "spot", "field", "normals"})
+    table.exclusive({"gradient", name});
   add_frames_option(table);
   return {table, filter,
           {{.what = "smooth, sharpen"},
            {.what = "the same here and not there", .with = "--mask, --spot"},
            {.what = "along a vector field", .with = "--field"},
+           {.what = "towards gradients of one's own", .with = "--gradient"},
            {.what = "shapes: positions, normals", .with = "--geometry", .textures = "", .pictures = ""}},
           {},
           Slots::several};

@@ -87,6 +87,7 @@ Stitched solve(Run& run, const Model& model, const TextureSignal& target, double
       const Step step(run, "prepare", shares.prepare);
       stitcher = std::make_unique<Stitcher>(target.space(), weight, regions.labels, factory, step);
     }
+    if (run.options().text("borders") == "level") stitcher->set_borders(Borders::level);
     const Step step(run, "solve", shares.solve);
     const RegionLevels levels = asked_levels(run.options(), model, *stitcher, regions.values);
     if (levels.gains().size() > 0) report_gain(run, std::exp(levels.gains().cwiseAbs().maxCoeff()));
@@ -217,6 +218,14 @@ Verb stitch_verb() {
              .help = "the label of texels that no photograph shows: they are filled in"});
   add_partial_options(table);
   add_levels_option(table);
+  table.add({.name = "borders",
+             .type = Type::choice,
+             .default_value = "continued",
+             .choices = {"continued", "level"},
+             .group = "Stitch",
+             .help = "continued: each region goes on past its border as it runs there; level: no differences are asked for there",
+             .details = "level is as published, with --alpha 0.01 and --exposure keep: what slopes across a border "
+                        "becomes flat there."});
   add_spread_options(table, usual_photograph_length, "Stitch", "how far steps between photographs are spread");
   add_solver_options(table);
   add_space_option(table);

@@ -1,6 +1,7 @@
 #pragma once
 /// What every application is written against: a basis of functions on a domain with a metric.
 
+#include <array>
 #include <functional>
 #include <span>
 #include <vector>
@@ -59,6 +60,12 @@ class SignalSpace {
   /// mean over its unknowns) the vector ∫ β ⟨∇ψ, ∇φ_i⟩ dA. Sums to 0 per channel. No matrix is
   /// built.
   virtual Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const = 0;
+
+  /// b_t = ∫ ⟨ω, ∇φ_t⟩ dA of the field of least order that changes by z_ij from unknown i to unknown j,
+  /// ω = Σ z_ij (φ_i ∇φ_j − φ_j ∇φ_i) over pairs (i, j), i < j, sorted, that S couples; the z of others is 0
+  /// (thesis 5.6 and (5.14), with the sign of z_ij = ψ_j − ψ_i, for which b = S·ψ where all pairs are
+  /// given). One row of z per pair, one column per channel. Sums to 0 per channel. A look at every element.
+  virtual Signal edge_divergence(const std::vector<std::array<int, 2>>& edges, const Signal& z) const = 0;
 
   /// Area and texel spacing, for turning lengths into weights.
   virtual SurfaceScale scale() const = 0;

@@ -140,10 +140,7 @@ class TexelSpace : public SignalSpace {
   /// Pairs (i, j), i < j, of texels that S couples, sorted: the edges of thesis 5.6.
   std::vector<std::array<int, 2>> edges() const;
 
-  /// b_t = ∫ ⟨ω, ∇φ_t⟩ dA of the Whitney-like field ω = Σ z_ij (φ_i ∇φ_j − φ_j ∇φ_i) over
-  /// `edges()`, one row of z per edge (thesis 5.6 with the sign of z_ij = ψ_j − ψ_i, for which b =
-  /// S·ψ).
-  Signal edge_divergence(const std::vector<std::array<int, 2>>& edges, const Signal& z) const;
+  Signal edge_divergence(const std::vector<std::array<int, 2>>& edges, const Signal& z) const override;
 
   /// The same as a matrix, texels × edges: times the differences over edges, (d₀ψ)_ij = ψ_j − ψ_i, it
   /// is S. Costs about 24 entries per piece of a triangle in a cell while it is made.

@@ -216,6 +216,29 @@ Signal VertexSpace::weighted_stiffness_times(const Signal& psi,
   return stiffness_product({}, psi, [&](int t) { return double(conductivity[t]); });
 }
 
+/// On a triangle ∫ φ_i ⟨∇φ_j, ∇φ_t⟩ dA = ⅓ S_jt, as gradients are constant there.
+Signal VertexSpace::edge_divergence(const std::vector<std::array<int, 2>>& edges, const Signal& z) const {
+  require(z.rows() == std::ssize(edges), "one row per edge is needed");
+  const auto add = [&](int from, int to, double factor, auto&& sum) {
+    const std::array<int, 2> pair{std::min(from, to), std::max(from, to)};
+    const auto at = std::lower_bound(edges.begin(), edges.end(), pair);
+    if (at != edges.end() && *at == pair) sum += (from < to ? factor : -factor) * z.row(at - edges.begin());
+  };
+  Signal result = Signal::Zero(size(), z.cols());
+  parallel_for(size(), [&](std::int64_t i) {
+    for (int n = incident_begin_[i]; n < incident_begin_[i + 1]; ++n) {
+      const int t = incident_[n] / 3, k = incident_[n] % 3, k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+      const Triangle& v = triangles_[t];
+      const double s1 = shapes_[t].half_cotangent(k2) / 3, s2 = shapes_[t].half_cotangent(k1) / 3;
+      const double own = s1 + s2;  // S_ii, S_i1 = −s1 and S_i2 = −s2, a third of them
+      add(v[k], v[k1], -s1 - own, result.row(i));
+      add(v[k], v[k2], -s2 - own, result.row(i));
+      add(v[k1], v[k2], -s2 + s1, result.row(i));
+    }
+  });
+  return result;
+}
+
 std::vector<float> VertexSpace::gradient_norms(const Signal& psi) const {
   const Signal field = gradient(psi);
   std::vector<float> norms(triangles_.size());

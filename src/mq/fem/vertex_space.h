@@ -36,6 +36,7 @@ class VertexSpace final : public SignalSpace {
   Signal stiffness_rows(std::span<const int> rows, const Signal& psi,
                         std::span<const double> beta = {}) const;
 
+  Signal edge_divergence(const std::vector<std::array<int, 2>>& edges, const Signal& z) const override;
   Vector lumped_mass() const override;
   SurfaceScale scale() const override { return {.area = area_, .texel_spacing = 0}; }
   std::vector<Vector3> positions() const override { return positions_; }

@@ -60,6 +60,10 @@ void WeightedStiffnessSpace::for_each_mixed_element(
   throw Unsupported("elements of a space with conductivities are not offered one by one");
 }
 
+Signal WeightedStiffnessSpace::edge_divergence(const std::vector<std::array<int, 2>>&, const Signal&) const {
+  throw Unsupported("fields by edges are not offered on a space with conductivities");
+}
+
 std::vector<float> WeightedStiffnessSpace::times(std::span<const float> conductivity) const {
   require(conductivity.size() == conductivity_.size(), "one conductivity per element is needed");
   std::vector<float> product = conductivity_;

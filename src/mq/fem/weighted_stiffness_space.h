@@ -21,6 +21,8 @@ class WeightedStiffnessSpace final : public SignalSpace {
   int size() const override { return space_.size(); }
   SparseMatrix system(double a, double b, const Progress& progress = {}) const override;
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
+  /// Throws `Unsupported`: the space behind integrates it as a whole, without conductivities.
+  Signal edge_divergence(const std::vector<std::array<int, 2>>& edges, const Signal& z) const override;
   Vector lumped_mass() const override { return space_.lumped_mass(); }
   SurfaceScale scale() const override { return space_.scale(); }
   std::vector<Vector3> positions() const override { return space_.positions(); }

@@ -1,10 +1,9 @@
 // c = Σ_e Σ_ℓ w_ℓ S_e (v^{e,ℓ} − ψ),  e the elements where regions meet, ℓ the regions of its
 // corners.
 //
-// The thesis takes differences z_ij along edges to the weak divergence of Σ z_ij (φ_i ∇φ_j − φ_j
-// ∇φ_i)
-// (`TexelSpace::edge_divergence`), with z = 0 across borders. That needs integrals over every cell;
-// ours needs the stiffness of the cells at borders only, whose positive semidefiniteness bounds
+// The thesis takes differences z_ij along edges to the weak divergence of Σ z_ij (φ_i ∇φ_j − φ_j ∇φ_i)
+// (`SignalSpace::edge_divergence`), with z = 0 across borders: `Borders::level`. That needs integrals over every
+// cell; ours needs the stiffness of the cells at borders only, whose positive semidefiniteness bounds
 // what comes out. Sums of S_ij z_ij over the rows of S would be cheaper still, but are no field's
 // divergence: beside a texel that counts a thousandth of its neighbour they drive it a thousand
 // steps away.
@@ -148,6 +147,19 @@ Signal change_of_regions(const Ground& ground, const Signal& psi, std::span<cons
   return change(ground, psi, labels, [](int, int, auto&) { return false; });
 }
 
+Signal change_to_level(const Ground& ground, const Signal& psi, std::span<const int> labels) {
+  require_sizes(ground, psi, labels);
+  std::vector<std::array<int, 2>> pairs;
+  for (int i = 0; i < ground.stiffness.rows(); ++i)
+    for (SparseMatrix::InnerIterator it(ground.stiffness, i); it; ++it)
+      if (const int j = int(it.col()); j > i && labels[i] != labels[j] && labels[i] != unseen && labels[j] != unseen)
+        pairs.push_back({i, j});
+  Signal z(Eigen::Index(pairs.size()), psi.cols());
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    z.row(Eigen::Index(k)) = psi.row(pairs[k][0]) - psi.row(pairs[k][1]);
+  return ground.space.edge_divergence(pairs, z);
+}
+
 void require_partials(std::span<const Partial> partials, const Composite& composite) {
   for (std::size_t k = 0; k < partials.size(); ++k) {
     const Partial& partial = partials[k];
@@ -186,6 +198,10 @@ Signal change_of_partials(const Ground& ground, std::span<const Partial> partial
 
 Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<const int> labels) {
   return change_of_regions({space, space.stiffness(), space.positions()}, psi, labels);
+}
+
+Signal level_borders(const SignalSpace& space, const Signal& psi, std::span<const int> labels) {
+  return change_to_level({space, space.stiffness(), space.positions()}, psi, labels);
 }
 
 Signal stitch_partials(const SignalSpace& space, std::span<const Partial> partials,
@@ -406,7 +422,8 @@ Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials, 
   const bool raises = levels.gains().rows() > 0;
   const Signal filled = fill(raises ? levels.raised(psi, labels_) : psi, progress.step("fill", 0.3));
   const Signal asked =
-      partials.empty() ? change(filled)
+      borders_ == Borders::level ? change_to_level({space_, stiffness_, positions_}, filled, labels_)
+      : partials.empty() ? change(filled)
                        : change_of_partials({space_, stiffness_, positions_}, partials, {filled, labels_}, levels);
   return solve(filled, asked, progress.step("stitch", 0.7));
 }
@@ -434,55 +451,6 @@ Filtered Stitcher::stitch(const Signal& psi, const BeyondBorders& beyond, const 
   bound_weak(stiffness_, labels_, result.signal);
   result.signal += filled + d;
   return result;
-}
-
-double mean_drift(const SignalSpace& space, const Signal& before, const Signal& after,
-                  std::span<const int> labels) {
-  require(
-      before.rows() == space.size() && after.rows() == space.size() &&
-          before.cols() == after.cols() && std::ssize(labels) == space.size(),
-      fmt::format(
-          "signals of {} × {} and {} × {} and {} labels: wanted {} rows, the same channels and "
-          "one label for each row",
-          before.rows(), before.cols(), after.rows(), after.cols(), labels.size(), space.size()));
-  Vector mass = space.lumped_mass();
-  for (std::size_t i = 0; i < labels.size(); ++i)
-    if (labels[i] == unseen) mass[Eigen::Index(i)] = 0;
-  if (!(mass.sum() > 0)) return 0;
-  return (mass.transpose() * (after - before) / mass.sum()).cwiseAbs().maxCoeff();
-}
-
-BorderJump border_jump(const SparseMatrix& stiffness, const Signal& psi,
-                       std::span<const int> labels) {
-  require(stiffness.rows() == psi.rows() && std::ssize(labels) == psi.rows(),
-          fmt::format("a stiffness of {} rows, a signal of {} and {} labels do not fit",
-                      stiffness.rows(), psi.rows(), labels.size()));
-  struct Sums {
-    double across = 0, within = 0, across_weight = 0, within_weight = 0;
-    std::int64_t pairs = 0;
-    Sums operator+(const Sums& o) const {
-      return {across + o.across, within + o.within, across_weight + o.across_weight,
-              within_weight + o.within_weight, pairs + o.pairs};
-    }
-  };
-  const Sums all = parallel_sum(psi.rows(), Sums(), [&](std::int64_t begin, std::int64_t end) {
-    Sums part;
-    for (int i = int(begin); i < int(end); ++i)
-      for (SparseMatrix::InnerIterator it(stiffness, i); it; ++it) {
-        const int j = int(it.col());
-        if (j <= i || !(it.value() < 0) || labels[i] == unseen || labels[j] == unseen) continue;
-        const double square = (psi.row(j) - psi.row(i)).squaredNorm() / double(psi.cols());
-        const bool across = labels[i] != labels[j];
-        (across ? part.across : part.within) -= it.value() * square;
-        (across ? part.across_weight : part.within_weight) -= it.value();
-        part.pairs += across;
-      }
-    return part;
-  });
-  const auto root = [](double sum, double weight) {
-    return weight > 0 ? std::sqrt(sum / weight) : 0;
-  };
-  return {root(all.across, all.across_weight), root(all.within, all.within_weight), all.pairs};
 }
 
 }  // namespace mq

@@ -13,7 +13,7 @@
 /// largest step to a neighbour: each region goes on smoothly past its border. So offsets added to a
 /// function that is linear there are removed exactly; at a seam this is to say that both sides have
 /// the same values. (The thesis puts differences 0 across borders, which is off by a step of the
-/// slope at every one of them.)
+/// slope at every one of them: `Borders::level`.)
 ///
 /// The functions below return the change Σ_e S_e (v^e − ψ) of S·ψ that this asks for, summed over
 /// the elements e where regions meet, which is what `ScreenedPoisson::solve_change` takes: exactly
@@ -35,6 +35,12 @@
 
 namespace mq {
 
+/// What is asked of the differences between regions where they meet.
+enum class Borders {
+  continued,  ///< those of each going on past its border, as said above
+  level       ///< none, as published: z_ij = 0 between regions (thesis 5.9.2), see `SignalSpace::edge_divergence`
+};
+
 /// Labels that pictures show, one for each texture and painted in its coordinates: texels of equal
 /// colour at the nearest pixel have equal labels, counted from 0 in the order of the unknowns.
 /// Texels of the colour `unseen_colour` (all its values within 5e-6), and where a last of two or
@@ -47,6 +53,10 @@ std::vector<int> labels_of_pictures(const Texels& texels, std::span<const Textur
 /// One signal put together from regions: unknowns of equal labels come from one photograph. Nothing
 /// is asked of elements where something is unseen. Throws `InvalidInput` where sizes differ.
 Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<const int> labels);
+
+/// The same as published: −∫ ⟨ω, ∇φ_t⟩ dA of the field ω = Σ (ψ_j − ψ_i)(φ_i ∇φ_j − φ_j ∇φ_i) over the pairs (i, j) of
+/// different labels, both seen, that S couples. It leaves no slope across a border, of a step and of what is there alike.
+Signal level_borders(const SignalSpace& space, const Signal& psi, std::span<const int> labels);
 
 /// One photograph, as a signal on the whole surface and how well it shows each unknown.
 struct Partial {
@@ -129,6 +139,9 @@ class Stitcher {
   Stitcher(const SignalSpace& space, double weight, std::vector<int> labels,
            const SolverFactory& factory = {}, const Progress& progress = {}, Systems systems = Systems::kept);
 
+  /// What `stitch` of a signal asks for where regions meet; `continued` without it.
+  void set_borders(Borders borders) { borders_ = borders; }
+
   /// Other regions of the same signal; the systems stay. Throws `InvalidInput` where something else
   /// is unseen.
   void regroup(std::vector<int> labels);
@@ -153,7 +166,7 @@ class Stitcher {
   RegionLevels levels(const Signal& psi, LightLaw law) const;
 
   /// All of it: ψ with the gains of its regions, if they are given, filled and solved with the change that its regions ask for,
-  /// or where it is a composite of photographs, these.
+  /// or where it is a composite of photographs, these (not for level borders, of which these say nothing).
   Filtered stitch(const Signal& psi, std::span<const Partial> partials = {}, const RegionLevels& levels = {},
                   const Progress& progress = {}) const;
 
@@ -177,6 +190,7 @@ class Stitcher {
   SparseMatrix stiffness_;
   std::vector<Vector3> positions_;
   std::vector<int> labels_;
+  Borders borders_ = Borders::continued;
   Vector mass_;  ///< lumped, where something is unseen
   System equation_, filler_;  ///< null: are prepared when they are needed; `filler_`: or all is seen
 };
