@@ -110,7 +110,7 @@ class SignalSpace {
   virtual SolverFactory multigrid(const StoppingRule& stop = {}) const = 0;
 
   /// The solver to take where nothing speaks for another: a factorisation up to
-  /// `most_for_factorisation` unknowns, `multigrid` above.
+  /// `most_for_factorisation` unknowns, `multigrid` above and where factors would fill up.
   SolverFactory solver(const StoppingRule& stop = {}) const;
 
   /// M·1 = ∫ φ_i dA, which sums to the area. Next to seams a value may be a little below 0.
