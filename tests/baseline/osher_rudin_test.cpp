@@ -155,6 +155,76 @@ TEST(OsherRudin, IsOneDimensionalOnRows) {
   const std::vector<double> expected = osher_rudin(as_float, 0.2).values;
   for (int x = 0; x < 64; ++x) EXPECT_NEAR(after(x, 2), expected[std::size_t(x)], 2e-3);
 }
+
+/// A maximum on a low ridge along x that falls slowly, beside a pixel whose column is steep: |∇φ| there is that of the
+/// column, and the pixel rises past the maximum.
+Image<float> maximum_beside_a_slope() {
+  Image<float> image(5, 5, 1, 0.0F);
+  for (int y = 0; y < 5; ++y) image(3, y) = float(0.3 * y);
+  image(2, 2) = 0.605F;  // all around are lower: 0.6 on its right
+  return image;
+}
+
+TEST(OsherRudin, AsPrintedLetsAPixelPassAMaximumWhichTheBoundedOneForbids) {
+  const Image<float> image = maximum_beside_a_slope();
+  const auto after = [&](OsherRudinOptions::Scheme scheme) {
+    return osher_rudin(image, {.scheme = scheme, .time = 1, .most_steps = 1}).image;
+  };
+  const Image<float> bounded = after(OsherRudinOptions::Scheme::bounded),
+                     printed = after(OsherRudinOptions::Scheme::as_printed);
+  EXPECT_EQ(bounded(2, 2), 0.605F);
+  EXPECT_LE(bounded(3, 2), 0.605F);
+  EXPECT_EQ(printed(2, 2), 0.605F);
+  EXPECT_GT(printed(3, 2), 0.605F);
+  EXPECT_EQ(passed_extrema(image, bounded).passed, 0);
+  EXPECT_EQ(passed_extrema(image, bounded).furthest, 0);
+  const PassedExtrema passed = passed_extrema(image, printed);
+  EXPECT_EQ(passed.passed, 1);
+  EXPECT_EQ(passed.extrema, passed_extrema(image, bounded).extrema);
+  EXPECT_FLOAT_EQ(float(passed.furthest), printed(3, 2) - 0.605F);
+}
+
+/// On rows there is no slope at right angles, so that nothing passes.
+TEST(OsherRudin, IsTheSameWithAndWithoutBoundsWhereNothingPasses) {
+  const std::vector<double> line = wavy_signal(64);
+  Image<float> image(64, 3, 1);
+  for (int x = 0; x < 64; ++x)
+    for (int y = 0; y < 3; ++y) image(x, y) = float(line[std::size_t(x)]);
+  const auto after = [&](OsherRudinOptions::Scheme scheme) {
+    return osher_rudin(image, {.scheme = scheme, .time = 2}).image;
+  };
+  const Image<float> bounded = after(OsherRudinOptions::Scheme::bounded),
+                     printed = after(OsherRudinOptions::Scheme::as_printed);
+  EXPECT_NE(bounded, image);
+  // Steps differ, as |L| counts at extrema too.
+  for (int x = 0; x < 64; ++x) EXPECT_NEAR(printed(x, 1), bounded(x, 1), 5e-3);
+  for (const Image<float>* image_after : {&bounded, &printed}) {
+    const PassedExtrema passed = passed_extrema(image, *image_after);
+    EXPECT_GT(passed.extrema, 4);
+    EXPECT_EQ(passed.passed, 0);
+  }
+}
+
+/// A step moves a pixel by less than the way to the farthest of its neighbours, also as printed.
+TEST(OsherRudin, PassesExtremaOfNoiseAsPrintedAndKeepsTheRange) {
+  const Image<float> image = fixtures::noise(40, 31, 2);
+  const auto range = std::ranges::minmax(image.values());
+  for (const Concavity concavity : {Concavity::laplacian, Concavity::along_gradient}) {
+    const auto after = [&](OsherRudinOptions::Scheme scheme) {
+      return osher_rudin(image, {.scheme = scheme, .time = 2, .concavity = concavity}).image;
+    };
+    const Image<float> bounded = after(OsherRudinOptions::Scheme::bounded),
+                       printed = after(OsherRudinOptions::Scheme::as_printed);
+    EXPECT_GT(passed_extrema(image, bounded).extrema, 500);
+    EXPECT_EQ(passed_extrema(image, bounded).passed, 0);
+    EXPECT_GT(passed_extrema(image, printed).passed, 50);
+    EXPECT_GT(passed_extrema(image, printed).furthest, 0.05);
+    const auto now = std::ranges::minmax(printed.values());
+    EXPECT_GE(now.min, range.min);
+    EXPECT_LE(now.max, range.max);
+  }
+}
+
 TEST(OsherRudin, RefusesANegativeTime) {
   EXPECT_THROW(osher_rudin(Image<float>(4, 4, 1), OsherRudinOptions{.time = -1}), InvalidInput);
 }

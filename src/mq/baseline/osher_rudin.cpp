@@ -80,16 +80,25 @@ class Terraces {
   std::vector<char> seen_;
 };
 
-Bounds bounds_by_extrema(int width, int height, const std::vector<double>& values) {
-  Bounds bounds{std::vector<double>(values.size(), -INFINITY),
-                std::vector<double>(values.size(), INFINITY)};
+Bounds no_bounds(std::size_t pixels) {
+  return {std::vector<double>(pixels, -INFINITY), std::vector<double>(pixels, INFINITY)};
+}
+
+/// Calls visit(terraces, terrace, level) for every extremum.
+template <class Visit>
+void for_each_extremum(int width, int height, const std::vector<double>& values, const Visit& visit) {
   Terraces terraces(width, height, values);
   Terrace terrace;
   for (int first = 0; first < int(values.size()); ++first) {
     if (terraces.seen(first)) continue;
     terraces.find(first, terrace);
-    if (terrace.falls == terrace.rises) continue;
-    const double level = values[std::size_t(first)];
+    if (terrace.falls != terrace.rises) visit(terraces, terrace, values[std::size_t(first)]);
+  }
+}
+
+Bounds bounds_by_extrema(int width, int height, const std::vector<double>& values) {
+  Bounds bounds = no_bounds(values.size());
+  for_each_extremum(width, height, values, [&](const Terraces& terraces, const Terrace& terrace, double level) {
     for (const int pixel : terrace.pixels)
       terraces.around(pixel, [&](int other) {
         double& low = bounds.low[std::size_t(other)];
@@ -99,7 +108,7 @@ Bounds bounds_by_extrema(int width, int height, const std::vector<double>& value
         else
           low = std::max(low, level);
       });
-  }
+  });
   return bounds;
 }
 
@@ -118,16 +127,22 @@ class Plane {
   }
 
   /// To be called before the first step.
-  void hold_extrema() {
+  void begin(OsherRudinOptions::Scheme scheme) {
+    scheme_ = scheme;
+    bounds_ = scheme == OsherRudinOptions::Scheme::bounded ? bounds_by_extrema(width_, height_, values())
+                                                           : no_bounds(rates_.size());
+  }
+
+  std::vector<double> values() const {
     std::vector<double> values;
     for (int y = 0; y < height_; ++y)
       for (int x = 0; x < width_; ++x) values.push_back(at(x, y));
-    bounds_ = bounds_by_extrema(width_, height_, values);
+    return values;
   }
 
   double value(int x, int y) const { return at(x, y); }
 
-  /// ∂φ/∂t at all pixels, and the largest |L| of those that move.
+  /// ∂φ/∂t at all pixels, and the largest |L|, where bounded of those that move.
   double find_rates(Concavity concavity) {
     std::vector<double> largest(std::size_t(height_), 0.0);
     parallel_for(
@@ -140,9 +155,12 @@ class Plane {
             const double here = at(x, y);
             const double across = minmod(here - at(x - 1, y), at(x + 1, y) - here);
             const double down = minmod(here - at(x, y - 1), at(x, y + 1) - here);
-            if (across == 0 && down == 0) continue;
+            const bool moves = across != 0 || down != 0, counts = scheme_ == OsherRudinOptions::Scheme::as_printed;
+            if (!moves && !counts) continue;
             const double L =
                 concavity == Concavity::laplacian ? laplacian(x, y) : second_along_gradient(x, y);
+            if (counts) largest[row] = std::max(largest[row], std::abs(L));
+            if (!moves) continue;
             const double rate = -std::sqrt(across * across + down * down) * L;
             if (rate == 0 || (rate > 0 ? here >= bounds_.high[i] : here <= bounds_.low[i]))
               continue;
@@ -208,6 +226,7 @@ class Plane {
 
   int width_, height_, stride_;
   std::vector<double> values_, rates_, marked_;
+  OsherRudinOptions::Scheme scheme_ = OsherRudinOptions::Scheme::bounded;
   Bounds bounds_;
 };
 
@@ -224,7 +243,7 @@ struct Course {
 /// Evolves a plane; told(course) after every step.
 template <class Told>
 Course evolve(Plane& plane, const OsherRudinOptions& options, const Told& told) {
-  plane.hold_extrema();
+  plane.begin(options.scheme);
   Course course{.left = options.time};
   double looked = 0;
   while (course.left > 0 && course.steps < options.most_steps) {
@@ -318,6 +337,29 @@ EvolvedImage osher_rudin(const Image<float>& image, const OsherRudinOptions& opt
       for (int x = 0; x < image.width(); ++x) evolved.image(x, y, c) = float(plane.value(x, y));
   }
   return evolved;
+}
+
+PassedExtrema passed_extrema(const Image<float>& before, const Image<float>& after) {
+  require(before.width() == after.width() && before.height() == after.height() && before.channels() == after.channels(),
+          "extrema are looked for in two images of one size");
+  PassedExtrema found;
+  for (int c = 0; c < before.channels(); ++c) {
+    const std::vector<double> values = Plane(before, c).values(), now = Plane(after, c).values();
+    for_each_extremum(before.width(), before.height(), values,
+                      [&](const Terraces& terraces, const Terrace& terrace, double level) {
+                        double by = 0;
+                        for (const int pixel : terrace.pixels)
+                          terraces.around(pixel, [&](int other) {
+                            if (values[std::size_t(other)] == level) return;
+                            const double above = now[std::size_t(other)] - level;
+                            by = std::max(by, terrace.falls ? above : -above);
+                          });
+                        ++found.extrema;
+                        found.passed += by > 0;
+                        found.furthest = std::max(found.furthest, by);
+                      });
+  }
+  return found;
 }
 
 double osher_rudin_time(const Image<float>& image, const ShockTime& time) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Shock filters in their first form, on a fixed grid, to compare with.
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -28,6 +29,10 @@ struct Evolved {
 Evolved osher_rudin(std::span<const double> signal, double time, int most_steps = 1'000'000);
 
 struct OsherRudinOptions {
+  enum class Scheme {
+    bounded,    ///< no pixel passes the value of an extremum beside it, see below
+    as_printed  ///< it may; and |L| counts at all pixels, also those that do not move
+  } scheme = Scheme::bounded;
   double time = 1;
   Concavity concavity = Concavity::laplacian;
   int most_steps = 100'000;
@@ -45,9 +50,10 @@ struct EvolvedImage {
 /// The same in two dimensions, each channel by itself: |∇φ| = (m(d₋ˣ, d₊ˣ)² + m(d₋ʸ, d₊ʸ)²)^½ and
 /// ε ≤ 1 / (4 max |L|), pixels of side 1; the maximum is over the pixels that move, since at others
 /// L is multiplied by 0. In a step an extremum keeps its value and every new value is between those
-/// of the pixel and its four neighbours. That alone lets a pixel beside an extremum, with a steep
-/// slope at right angles, overtake it, after which it is none and drifts; so no pixel passes the
-/// value of an extremum beside it. Extrema are those of the input: pixels of one value, joined
+/// of the pixel and its four neighbours (m is no more than the way to a neighbour, so that it moves by √2/4 of the
+/// way to the farthest at most); so values never leave their range. That alone lets a pixel beside an extremum, with
+/// a steep slope at right angles, overtake it, after which it is none and drifts; so no pixel passes the value of an
+/// extremum beside it. Extrema are those of the input: pixels of one value, joined
 /// through their sides, with all others around them lower, or all higher. They keep their values
 /// exactly and for ever, as the thesis says they do. Total variation and monotonicity are not kept.
 ///
@@ -56,6 +62,15 @@ struct EvolvedImage {
 /// becomes stripes of two to three pixels. That is the equation's, for any step.
 EvolvedImage osher_rudin(const Image<float>& image, const OsherRudinOptions& options,
                          const Progress& progress = {});
+
+/// What became of the extrema of an image (all channels), as they are defined above.
+struct PassedExtrema {
+  std::int64_t extrema = 0;  ///< of the image before
+  std::int64_t passed = 0;   ///< of these, with a pixel beside them that is beyond the value they had
+  double furthest = 0;       ///< by how much at most
+};
+
+PassedExtrema passed_extrema(const Image<float>& before, const Image<float>& after);
 
 /// About how many steps that takes: of 48 × 48 pixels around the steepest place of each channel the
 /// same is done for 2000 steps, and what is left of the time goes on in steps like the last.
