@@ -67,6 +67,53 @@ TEST(SpectrumOfFields, IsRepeatedFromItsReportWithAnyNumberOfThreads) {
             file_bytes(folder / "b/torus_whitney_04.ply"));
 }
 
+/// Two triangles over an edge of length 2, each of this height: with ½ the weight 2/(cot α + cot β) is −4/3 and the areas
+/// are ½ each, so that the fields that differ most have 2·(−4/3)/½.
+std::string kite_obj(const std::string& height) {
+  return "v -1 0 0\nv 1 0 0\nv 0 " + height + " 0\nv 0 -" + height + " 0\nf 1 2 3\nf 2 1 4\n";
+}
+
+TEST(SpectrumOfFields, SaysHowManyWeightsAreNegativeAsPrinted) {
+  const Folder folder;
+  write_bytes(folder / "obtuse.obj", kite_obj("0.5"));
+  write_bytes(folder / "circle.obj", kite_obj("1"));
+  const auto run = [&](const std::string& mesh, const std::string& dual) {
+    return marquetry(folder, {"spectrum", mesh, "-b", "triangle", "--dual", dual, "-k", "4", "--json"});
+  };
+  const Result printed = run("obtuse.obj", "circumcentric-as-printed");
+  ASSERT_EQ(printed.status, 0) << printed.error;
+  EXPECT_THAT(printed.error, HasSubstr("1 edge is not Delaunay"));
+  const auto found = printed.json()["result"];
+  EXPECT_EQ(found["negative_weights"], 1);
+  const double expected[] = {-16.0 / 3, -16.0 / 3, 0, 0};
+  for (int k = 0; k < 4; ++k) EXPECT_NEAR(found["eigenvalues"][std::size_t(k)].get<double>(), expected[k], 1e-9);
+  const Result delaunay = run("obtuse.obj", "circumcentric");
+  ASSERT_EQ(delaunay.status, 0) << delaunay.error;
+  EXPECT_EQ(delaunay.json()["result"]["negative_weights"], 0);
+  EXPECT_EQ(delaunay.json()["result"]["zeros"], 2);
+  EXPECT_GT(delaunay.json()["result"]["eigenvalues"][2].get<double>(), 0.1);
+  const Result infinite = run("circle.obj", "circumcentric-as-printed");
+  EXPECT_EQ(infinite.status, 2);
+  EXPECT_THAT(infinite.error, HasSubstr("circle.obj: 1 of 1 edges lie between two triangles on one circle"));
+}
+
+TEST(SpectrumOfFields, LeavesOutWhatHasNoMassInOnePoint) {
+  const Folder folder;
+  write_bytes(folder / "square.obj", kite_obj("1"));
+  const auto found = [&](const std::string& mass, const std::string& count) {
+    return marquetry(folder, {"spectrum", "square.obj", "--mass", mass, "-k", count, "--json"});
+  };
+  const Result one = found("one-point", "4"), exact = found("exact", "5");
+  ASSERT_EQ(one.status, 0) << one.error;
+  ASSERT_EQ(exact.status, 0) << exact.error;
+  EXPECT_THAT(one.error, HasSubstr("1 field rotates about the middles of all triangles and has no mass"));
+  EXPECT_EQ(one.json()["result"]["massless_fields"], 1);
+  EXPECT_EQ(one.json()["result"]["unknowns"], 4);
+  EXPECT_EQ(exact.json()["result"]["massless_fields"], 0);
+  EXPECT_EQ(exact.json()["result"]["unknowns"], 5);
+  EXPECT_EQ(found("one-point", "5").status, 2);
+}
+
 TEST(SpectrumOfFields, RefusesWhatDoesNotFit) {
   const Folder folder;
   write_strip(folder);
@@ -81,6 +128,8 @@ TEST(SpectrumOfFields, RefusesWhatDoesNotFit) {
   EXPECT_THAT(error({"-k", "0"}), HasSubstr("--count"));
   EXPECT_THAT(error({"--basis", "edges"}), HasSubstr("--basis"));
   EXPECT_THAT(error({"--dual", "barycentric"}), HasSubstr("--dual is for --basis triangle"));
+  EXPECT_THAT(error({"--dual", "circumcentric-as-printed"}), HasSubstr("--dual is for --basis triangle"));
+  EXPECT_THAT(error({"--basis", "vertex", "--mass", "one-point"}), HasSubstr("--mass is for --basis whitney"));
   write_bytes(folder / "line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
   const Result flat = marquetry(folder, {"spectrum", "line.obj"});
   EXPECT_EQ(flat.status, 2);

@@ -55,6 +55,50 @@ TEST(FieldSpectrum, IsOfUnitFieldsThatAreOrthogonalAndTangent) {
   }
 }
 
+/// Obtuse triangles: what the form measures as printed is no smoothness.
+TEST(FieldSpectrum, OfCircumcentresAsPrintedGoesBelowZeroOnObtuseTriangles) {
+  for (const auto& [across, along] : {std::pair(14, 9), {40, 16}}) {  // as a dense pencil and not
+    Mesh mesh = fixtures::torus(across, along);
+    for (Vector3& p : mesh.positions) p.z() += 0.8 * p.x();
+    const Surface surface = make_surface(mesh);
+    const FieldSpectrum printed = field_spectrum(
+        surface, {.basis = FieldBasis::triangle, .count = 4, .centre = DualCentre::circumcentre_as_printed});
+    EXPECT_GT(printed.negative_weights, 10);
+    EXPECT_EQ(printed.flips, 0);
+    EXPECT_LT(printed.values[0], -1);
+    // The Rayleigh quotients of the fields that came with them.
+    const auto shapes = flat_triangles(surface);
+    const SparseMatrix S = vector_differences(surface, shapes, DualCentre::circumcentre_as_printed);
+    for (int k = 0; k < 4; ++k) {
+      const Vector X = field_in_frames(surface, printed.fields[std::size_t(k)]);
+      EXPECT_NEAR(X.dot(S * X), printed.values[k], 1e-6 * std::abs(printed.values[0]));
+    }
+    EXPECT_GT(field_spectrum(surface, {.basis = FieldBasis::triangle, .count = 1}).values[0], 0);
+  }
+}
+
+/// Less mass of the same fields: no eigenvalue is smaller, and on a grid one is infinite.
+TEST(FieldSpectrum, OfTheOnePointMassIsNoSmallerAndOfSecondOrder) {
+  double before = 0;
+  for (const int n : {12, 24}) {
+    const Surface surface = make_surface(fixtures::torus(3 * n, n));
+    const FieldSpectrum exact = field_spectrum(surface, {.count = 8}),
+                        one = field_spectrum(surface, {.count = 8, .mass = WhitneyMass::one_point});
+    EXPECT_EQ(exact.massless, 0);
+    EXPECT_EQ(one.massless, 1);
+    EXPECT_EQ(one.unknowns, exact.unknowns - 1);
+    for (int k = 0; k < 2; ++k) EXPECT_LT(std::abs(one.values[k]), 1e-8) << "harmonic fields have no curl to lose";
+    double apart = 0;
+    for (int k = 2; k < 8; ++k) {
+      EXPECT_GE(one.values[k], exact.values[k] * (1 - 1e-9));
+      apart += one.values[k] / exact.values[k] - 1;
+    }
+    EXPECT_GT(apart, 1e-4);
+    if (before > 0) EXPECT_NEAR(before / apart, 4, 1);
+    before = apart;
+  }
+}
+
 /// Table 4.2 of the thesis in structure: 2g zeros in the whitney basis alone, after which it and
 /// the gradient basis agree; its triangle basis, which measures another energy, does not.
 TEST(FieldSpectrum, HasTwoHarmonicFieldsPerHandleInTheWhitneyBasisAlone) {

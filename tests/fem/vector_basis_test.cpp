@@ -113,6 +113,49 @@ TEST(WhitneyMass, IsDefiniteWhereTheOnePointRuleIsSingular) {
   EXPECT_LE(std::abs(smallest(P.transpose() * weighted)), 1e-14);
 }
 
+/// The rotation about the middle of each triangle, which the one-point rule does not see.
+TEST(WhitneyMass, OfOnePointLosesTheRotationInTriangles) {
+  const FlatTorus torus = flat_torus(12, 0.2);
+  const Edges edges = make_edges(torus.surface, torus.shapes);
+  const SparseMatrix exact = whitney_mass(edges, torus.shapes),
+                     one = whitney_mass(edges, torus.shapes, WhitneyMass::one_point);
+  const Vector omega = random_signal(edges.count(), 1);
+  const Vector curl = d1(edges) * omega;
+  double lost = 0;
+  for (std::size_t t = 0; t < torus.shapes.size(); ++t) {
+    double sides = 0;
+    for (int k = 0; k < 3; ++k) sides += torus.shapes[t].edge(k).squaredNorm();
+    lost += sides / (144 * torus.shapes[t].area()) * curl[Eigen::Index(t)] * curl[Eigen::Index(t)];
+  }
+  EXPECT_GT(lost, 0.1);
+  EXPECT_NEAR(omega.dot(exact * omega) - omega.dot(one * omega), lost, 1e-12 * lost);
+  // A gradient has no curl: it is constant in triangles, and both agree.
+  const Vector gradient = d0(edges, torus.surface.mesh.vertex_count()) * random_signal(torus.surface.mesh.vertex_count(), 1, 2);
+  EXPECT_NEAR(gradient.dot(one * gradient), gradient.dot(exact * gradient), 1e-11 * gradient.dot(exact * gradient));
+}
+
+TEST(WhitneyMass, OfOnePointIsSingularWhereTrianglesCanBeColouredBlackAndWhite) {
+  const auto null_space = [](const Mesh& mesh) {
+    const Surface surface = make_surface(mesh);
+    const auto shapes = flat_triangles(surface);
+    const Edges edges = make_edges(surface, shapes);
+    const Eigen::MatrixXd M = whitney_mass(edges, shapes, WhitneyMass::one_point);
+    const Vector values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(M, Eigen::EigenvaluesOnly).eigenvalues();
+    const auto found = (values.array() < 1e-9 * values.maxCoeff()).count();
+    EXPECT_EQ(massless_rotations(edges, shapes), found);
+    return found;
+  };
+  EXPECT_EQ(null_space(fixtures::torus(8, 6)), 1);
+  EXPECT_EQ(null_space(fixtures::beside(fixtures::torus(8, 6), fixtures::torus(6, 6))), 2);
+  Mesh square = fixtures::flat_square(5, 0.2);
+  square.uvs.clear(), square.corner_uvs.clear();
+  EXPECT_EQ(null_space(square), 1);
+  EXPECT_EQ(null_space(fixtures::one_triangle()), 1);
+  EXPECT_EQ(null_space(fixtures::tetrahedron()), 0);  // an odd number of triangles around each vertex
+  EXPECT_EQ(null_space(fixtures::sphere(2)), 0);
+  null_space(fixtures::moebius_strip(12));
+}
+
 TEST(GradientBasis, ProlongatesToGradientsAndTurnedGradients) {
   const VertexSpace space(make_surface(fixtures::sphere(2)));
   const Vector phi = random_signal(space.size(), 1);

@@ -90,6 +90,36 @@ TEST(VectorDifferences, DoNotSeeWhereTheSurfaceLies) {
   EXPECT_LE(difference.coeffs().abs().maxCoeff(), 1e-11);
 }
 
+/// Two triangles over an edge of length 2, each of this height over its middle.
+Surface kite(double height) {
+  Mesh mesh;
+  mesh.positions = {{-1, 0, 0}, {1, 0, 0}, {0, height, 0}, {0, -height, 0}};
+  mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
+  return make_surface(mesh);
+}
+
+/// 2·A/|l|² = 2/(cot α + cot β), each angle 2·atan(1/h) with cot = (h − 1/h)/2: of h = ½ it is −4/3, and infinite of h = 1.
+TEST(VectorDifferences, AsPrintedAreNegativeWhereAnEdgeIsNotDelaunay) {
+  const Surface obtuse = kite(0.5), acute = kite(2), circle = kite(1);
+  const auto energy = [](const Surface& surface, DualCentre centre) {
+    const Vector X = field_in_frames(surface, {Vector3(2, 0, 0), Vector3(5, 0, 0)});
+    return X.dot(vector_differences(surface, flat_triangles(surface), centre) * X);
+  };
+  EXPECT_NEAR(energy(obtuse, DualCentre::circumcentre_as_printed), -4.0 / 3 * 9, 1e-12);
+  EXPECT_NEAR(energy(obtuse, DualCentre::circumcentre), 200 * 9, 1e-9);
+  EXPECT_NEAR(energy(acute, DualCentre::circumcentre_as_printed), 4.0 / 3 * 9, 1e-12);
+  EXPECT_NEAR(energy(acute, DualCentre::circumcentre), 4.0 / 3 * 9, 1e-12);
+  const DualWeights weights = dual_weights(obtuse, flat_triangles(obtuse));
+  EXPECT_EQ(weights.edges, 1);
+  EXPECT_EQ(weights.negative, 1);
+  EXPECT_EQ(weights.on_a_circle, 0);
+  EXPECT_EQ(dual_weights(acute, flat_triangles(acute)).negative, 0);
+  EXPECT_EQ(dual_weights(circle, flat_triangles(circle)).on_a_circle, 1);
+  const std::string error =
+      fixtures::error_of([&] { energy(circle, DualCentre::circumcentre_as_printed); });
+  EXPECT_NE(error.find("1 of 1 edges lie between two triangles on one circle"), std::string::npos) << error;
+}
+
 TEST(VectorDifferences, RefuseSizesThatDoNotFit) {
   const Surface surface = make_surface(fixtures::sphere(1));
   EXPECT_THROW(vector_differences(surface, {}), InvalidInput);

@@ -68,6 +68,39 @@ TEST(SmallestEigenpairs, AreFoundHoweverManyOfASmallMatrix) {
   }
 }
 
+/// A pencil with negative eigenvalues and vectors without mass, beside a decomposition with another shift: as a dense one,
+/// and by Lanczos.
+TEST(SmallestEigenpairs, OfAnyPencilAreTheFiniteOnesFromTheLowestOn) {
+  for (const int side : {12, 30}) {
+    const int n = side * side, count = 10;
+    std::vector<double> less, mass;
+    for (int i = 0; i < n; ++i) less.push_back(i % 11 == 0 ? -7 - 0.01 * i : 0.1), mass.push_back(i % 5 == 2 ? 0 : 1 + i % 3);
+    mass[0] = mass[1] = 1;
+    for (int i = 0; i < n; ++i)
+      if (mass[std::size_t(i)] == 0) less[std::size_t(i)] = 0.1;
+    const SparseMatrix A = grid_laplacian(side, 0) + diagonal(less), B = diagonal(mass);
+    const double below = 60;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> dense(
+        Eigen::MatrixXd(B), Eigen::MatrixXd(A) + below * Eigen::MatrixXd(B), Eigen::EigenvaluesOnly);
+    EXPECT_THROW(smallest_eigenpairs(A, B, {.count = count}), NotPositiveDefinite);
+    const EigenPairs pairs = smallest_eigenpairs(A, B, {.pencil = EigenOptions::Pencil::any, .count = count});
+    EXPECT_LT(pairs.values[0], -2);
+    for (int k = 0; k < count; ++k)
+      EXPECT_NEAR(pairs.values[k], 1 / dense.eigenvalues()[n - 1 - k] - below, 1e-8) << side << " " << k;
+    const Eigen::MatrixXd residual = A * pairs.vectors - B * pairs.vectors * pairs.values.asDiagonal();
+    EXPECT_LE(residual.cwiseAbs().maxCoeff(), 1e-7);
+    const Eigen::MatrixXd gram = pairs.vectors.transpose() * (B * pairs.vectors);
+    EXPECT_LE((gram - Eigen::MatrixXd::Identity(count, count)).cwiseAbs().maxCoeff(), 1e-8);
+  }
+}
+
+TEST(SmallestEigenpairs, OfAnyPencilAreNoMoreThanAreFinite) {
+  const EigenOptions three{.pencil = EigenOptions::Pencil::any, .count = 3};
+  EXPECT_THROW(smallest_eigenpairs(diagonal({1, 2, 3}), diagonal({1, 0, 1}), three), SolverError);
+  // What has neither mass nor stiffness leaves every combination singular.
+  EXPECT_THROW(smallest_eigenpairs(diagonal({1, 0, 3}), diagonal({1, 0, 1}), three), NotPositiveDefinite);
+}
+
 TEST(SmallestEigenpairs, RefuseWhatIsNoPencil) {
   EXPECT_THROW(smallest_eigenpairs(diagonal({1, 2}), diagonal({1, 2, 3})), InvalidInput);
   EXPECT_THROW(smallest_eigenpairs(diagonal({1, 2}), diagonal({1, 1}), {.count = 3}), InvalidInput);

@@ -24,16 +24,20 @@ namespace {
 namespace fs = std::filesystem;
 
 FieldSpectrumOptions asked_spectrum(const OptionValues& options) {
-  const std::string basis = options.text("basis");
-  const bool barycentric = options.text("dual") == "barycentric";
-  require(basis == "triangle" || !barycentric,
+  const std::string basis = options.text("basis"), dual = options.text("dual");
+  require(basis == "triangle" || dual == "circumcentric",
           fmt::format("--dual is for --basis triangle; {} has none to choose", basis));
+  require(basis == "whitney" || options.text("mass") == "exact",
+          fmt::format("--mass is for --basis whitney; {} has none to choose", basis));
   return {.basis = basis == "triangle"   ? FieldBasis::triangle
                    : basis == "gradient" ? FieldBasis::gradient
                    : basis == "whitney"  ? FieldBasis::whitney
                                          : FieldBasis::vertex,
           .count = int(options.integer("count")),
-          .centre = barycentric ? DualCentre::barycentre : DualCentre::circumcentre};
+          .centre = dual == "barycentric"     ? DualCentre::barycentre
+                    : dual == "circumcentric" ? DualCentre::circumcentre
+                                              : DualCentre::circumcentre_as_printed,
+          .mass = options.text("mass") == "exact" ? WhitneyMass::exact : WhitneyMass::one_point};
 }
 
 std::vector<FieldFile> asked_files(const OptionValues& options, const TexturedModel& scene) {
@@ -76,6 +80,19 @@ void report(Run& run, const FieldSpectrum& spectrum, double area) {
   run.result["eigenvalues"] = values;
   run.result["eigenvalues_at_area_1"] = scaled;
   run.result["zeros"] = zeros;
+  run.result["negative_weights"] = spectrum.negative_weights;
+  run.result["massless_fields"] = spectrum.massless;
+  if (spectrum.negative_weights > 0)
+    run.terminal().warning(
+        fmt::format("{} not Delaunay, so that the dual as printed gives them negative weights: the form is no smoothness "
+                    "of all fields, and values are not to be trusted; --dual circumcentric works on Delaunay triangles",
+                    spectrum.negative_weights == 1 ? "1 edge is" : fmt::format("{} edges are", spectrum.negative_weights)));
+  if (spectrum.massless > 0)
+    run.terminal().warning(
+        fmt::format("{} about the middles of all triangles and {} no mass in one point each, so the eigenvalue is infinite: "
+                    "left out; --mass exact counts them",
+                    spectrum.massless == 1 ? "1 field rotates" : fmt::format("{} fields rotate", spectrum.massless),
+                    spectrum.massless == 1 ? "has" : "have"));
   run.print(text);
 }
 
@@ -187,12 +204,24 @@ Verb spectrum_verb() {
   table.add({.name = "dual",
              .type = Type::choice,
              .default_value = "circumcentric",
-             .choices = {"circumcentric", "barycentric"},
+             .choices = {"circumcentric", "barycentric", "circumcentric-as-printed"},
+             .metavar = "DUAL",
              .group = "Spectrum",
-             .help = "where a triangle's vector is taken to be, for --basis triangle",
+             .help = "where a triangle's vector is taken to be, for --basis triangle: circumcentric, barycentric or "
+                     "circumcentric-as-printed",
              .details =
                  "circumcentric: on the Delaunay triangulation of the surface, which converges. "
-                 "barycentric: on the mesh as it is, as published, which does not."});
+                 "barycentric: on the mesh as it is, as published, which does not. circumcentric-as-printed: on the mesh as "
+                 "it is too, to compare with: edges that are not Delaunay have negative weights, and eigenvalues may "
+                 "be negative; refused where two triangles lie on one circle."});
+  table.add({.name = "mass",
+             .type = Type::choice,
+             .default_value = "exact",
+             .choices = {"exact", "one-point"},
+             .group = "Spectrum",
+             .help = "how the squares of fields are integrated, for --basis whitney",
+             .details = "one-point: by the value in the middle of each triangle, as published, to compare with: rotations "
+                        "about it have no mass."});
   table.add({.name = "output",
              .letter = 'o',
              .type = Type::path,

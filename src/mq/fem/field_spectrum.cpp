@@ -113,18 +113,30 @@ class Spectrum {
   template <class ToTriangles>
   void solve(const SparseMatrix& S, const SparseMatrix& M, const Kept& kept,
              const ToTriangles& to_triangles) {
-    found_.unknowns = kept.count;
-    require_unknowns(kept.count, options_.count);
-    const EigenPairs pairs =
-        smallest_eigenpairs(kept(S), kept(M), {.count = options_.count}, progress_);
+    using Pencil = EigenOptions::Pencil;
+    found_.unknowns = kept.count - found_.massless;
+    require_unknowns(found_.unknowns, options_.count);
+    const bool any = options_.centre == DualCentre::circumcentre_as_printed || options_.mass == WhitneyMass::one_point;
+    const EigenPairs pairs = smallest_eigenpairs(
+        kept(S), kept(M), {.pencil = any ? Pencil::any : Pencil::semidefinite, .count = options_.count}, progress_);
     for (int k = 0; k < options_.count; ++k)
       add(pairs.values[k], to_triangles(kept.whole(pairs.vectors.col(k))));
   }
 
   void of_triangles() {
-    if (options_.centre == DualCentre::barycentre) {
-      solve(vector_differences(surface_, shapes_, options_.centre), triangle_mass(shapes_),
-            Kept(each_twice(with_area(shapes_))), [](const Vector& x) { return x; });
+    if (options_.centre != DualCentre::circumcentre) {
+      const DualWeights weights = dual_weights(surface_, shapes_);
+      const bool printed = options_.centre == DualCentre::circumcentre_as_printed;
+      if (printed) found_.negative_weights = weights.negative;
+      try {
+        solve(vector_differences(surface_, shapes_, options_.centre), triangle_mass(shapes_),
+              Kept(each_twice(with_area(shapes_))), [](const Vector& x) { return x; });
+      } catch (const SolverError& error) {
+        if (!printed) throw;
+        throw SolverError(fmt::format("{} of {} edges are not Delaunay, so that circumcentres as printed give them negative "
+                                      "weights, and the form is no smoothness: {}",
+                                      weights.negative, weights.edges, error.what()));
+      }
       return;
     }
     const IntrinsicTriangulation delaunay = intrinsic_delaunay(surface_, shapes_);
@@ -140,7 +152,8 @@ class Spectrum {
     const HodgeStars stars =
         hodge_stars(edges, surface_.mesh.triangles, shapes_, surface_.mesh.vertex_count());
     const SparseMatrix M = whitney_mass(edges, shapes_), P = whitney_prolongation(edges, shapes_);
-    solve(hodge_laplacian(edges, stars, M), M,
+    if (options_.mass == WhitneyMass::one_point) found_.massless = massless_rotations(edges, shapes_);
+    solve(hodge_laplacian(edges, stars, M), whitney_mass(edges, shapes_, options_.mass),
           Kept(std::vector<char>(std::size_t(edges.count()), 1)),
           [&](const Vector& omega) { return Vector(P * omega); });
   }

@@ -7,6 +7,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/fem/tangent_fields.h"
+#include "mq/fem/vector_basis.h"
 #include "mq/fem/vector_differences.h"
 
 namespace mq {
@@ -23,6 +24,7 @@ struct FieldSpectrumOptions {
   FieldBasis basis = FieldBasis::whitney;
   int count = 20;
   DualCentre centre = DualCentre::circumcentre;  ///< of the triangle basis
+  WhitneyMass mass = WhitneyMass::exact;         ///< of the whitney basis
 };
 
 /// Eigenvalues and their fields.
@@ -31,6 +33,8 @@ struct FieldSpectrum {
   std::vector<TangentField> fields;  ///< of each, a vector per triangle, ∫ |X|² dA = 1
   std::int64_t unknowns = 0;         ///< of the basis: no more eigenvalues than that
   std::int64_t flips = 0;            ///< of edges, where operators want Delaunay triangles
+  std::int64_t negative_weights = 0; ///< of edges, with `DualCentre::circumcentre_as_printed`
+  std::int64_t massless = 0;         ///< fields left out, whose λ is infinite, with `WhitneyMass::one_point`
 };
 
 /// Whether an eigenvalue of a surface of this area is 0: λ·area is 1 or more for the first that is not,
@@ -51,7 +55,9 @@ inline bool is_zero_eigenvalue(double value, double area) { return std::abs(valu
 ///
 /// Triangle (with circumcentres) and vertex work on `intrinsic_delaunay`; their fields are brought
 /// back by the directions at vertices, which of the triangle basis takes means around these (not
-/// where no edge was flipped). With barycentres it is the mesh as it is, as in the thesis.
+/// where no edge was flipped). With barycentres it is the mesh as it is, as in the thesis, and so it is with
+/// circumcentres as printed: negative weights make for λ that are no smoothness, down to large negative ones. With the
+/// one-point mass every λ of the whitney basis is as large or larger, as the same fields have less mass.
 /// Triangles without area, and what only they use, take no part.
 ///
 /// Costs a factorisation of S + σM and 3·count solves (`smallest_eigenpairs`), and 24 bytes per

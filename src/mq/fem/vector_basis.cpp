@@ -93,7 +93,12 @@ SparseMatrix whitney_prolongation(const Edges& edges, const std::vector<FlatTria
   return sparse_matrix(2 * int(shapes.size()), edges.count(), entries);
 }
 
-SparseMatrix whitney_mass(const Edges& edges, const std::vector<FlatTriangle>& shapes) {
+SparseMatrix whitney_mass(const Edges& edges, const std::vector<FlatTriangle>& shapes, WhitneyMass how) {
+  if (how == WhitneyMass::one_point) {
+    const SparseMatrix P = whitney_prolongation(edges, shapes);
+    const SparseMatrix weighted = triangle_mass(shapes) * P;
+    return P.transpose() * weighted;
+  }
   Entries entries;
   for (int t = 0; t < int(shapes.size()); ++t) {
     if (shapes[t].empty()) continue;
@@ -104,6 +109,30 @@ SparseMatrix whitney_mass(const Edges& edges, const std::vector<FlatTriangle>& s
                              edges.sign[3 * t + k] * edges.sign[3 * t + l] * block(k, l));
   }
   return sparse_matrix(edges.count(), edges.count(), entries);
+}
+
+int massless_rotations(const Edges& edges, const std::vector<FlatTriangle>& shapes) {
+  std::vector<std::vector<HalfEdge>> sides(std::size_t(edges.count()));
+  for (HalfEdge h = 0; h < HalfEdge(edges.from_half_edge.size()); ++h)
+    if (edges.from_half_edge[h] >= 0) sides[edges.from_half_edge[h]].push_back(h);
+  std::vector<signed char> turns(shapes.size(), 0);  // which way, 0: not known yet
+  int count = 0;
+  for (int first = 0; first < int(shapes.size()); ++first) {
+    if (shapes[first].empty() || turns[first] != 0) continue;
+    std::vector<int> reached{first};
+    turns[first] = 1;
+    bool agree = true;
+    for (std::size_t n = 0; n < reached.size(); ++n)
+      for (HalfEdge h = 3 * reached[n]; h < 3 * reached[n] + 3; ++h)
+        for (const HalfEdge other : sides[edges.from_half_edge[h]]) {
+          if (other / 3 == reached[n]) continue;
+          const auto turn = static_cast<signed char>(turns[reached[n]] * edges.sign[h] * edges.sign[other]);
+          if (turns[other / 3] == 0) reached.push_back(other / 3), turns[other / 3] = turn;
+          agree = agree && turns[other / 3] == turn;
+        }
+    count += agree;
+  }
+  return count;
 }
 
 Vector2 whitney_value(const Edges& edges, const FlatTriangle& shape, int triangle,

@@ -33,9 +33,27 @@ SparseMatrix curl_and_div(const VertexSpace& space, const Vector& star_zero);
 /// P is 2·triangles × edges, the value at the barycentre, and exact for fields constant per triangle.
 SparseMatrix whitney_prolongation(const Edges& edges, const std::vector<FlatTriangle>& shapes);
 
-/// W: ∫ ⟨X_e, X_f⟩ dA in closed form, edges × edges, positive definite. (The thesis' one-point rule
-/// PᵀM_T·P loses the rotation inside each triangle and is singular on regular triangulations.)
-SparseMatrix whitney_mass(const Edges& edges, const std::vector<FlatTriangle>& shapes);
+/// How ∫ ⟨X_e, X_f⟩ dA is found.
+enum class WhitneyMass {
+  exact,     ///< in closed form, positive definite
+  one_point  ///< PᵀM_T·P, by the value in the middle of each triangle, as the thesis has it
+};
+
+/// W: ∫ ⟨X_e, X_f⟩ dA, edges × edges. In a triangle of sides a, b, c a field is its value in the middle and a rotation
+/// about it by half its curl, so that
+///
+///     ⟨ω, M_exact·ω⟩ − ⟨ω, M_one·ω⟩ = Σ_t (a² + b² + c²)/(144 |t|) (d₁ω)_t²:
+///
+/// the one-point rule is exact for fields constant in triangles, and what it loses is (a² + b² + c²)/144 times curl², of
+/// the second order. It is singular where fields do nothing but rotate (`massless_rotations`).
+SparseMatrix whitney_mass(const Edges& edges, const std::vector<FlatTriangle>& shapes,
+                          WhitneyMass how = WhitneyMass::exact);
+
+/// The dimension of the null space of `WhitneyMass::one_point`: ω is ±c_t on the edges of triangle t and vanishes in its
+/// middle, so that neighbours turn opposite ways; one for each component (joined through edges) whose triangles can be
+/// coloured black and white such that no two of one colour share an edge. All grids cut along diagonals can; no surface
+/// with an inner vertex of odd degree.
+int massless_rotations(const Edges& edges, const std::vector<FlatTriangle>& shapes);
 
 /// W: the field at a point of a triangle, in the triangle's frame; it is linear inside.
 Vector2 whitney_value(const Edges& edges, const FlatTriangle& shape, int triangle,

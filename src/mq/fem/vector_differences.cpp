@@ -17,6 +17,7 @@ namespace mq {
 namespace {
 
 constexpr double least_distance = 0.005;  // of circumcentres, per edge length
+constexpr double no_distance = 1e-9;      // nothing but rounding
 
 /// The corner opposite edge k, the edge from the origin along the first axis.
 Vector2 apex(const FlatTriangle& shape, int k) {
@@ -25,13 +26,17 @@ Vector2 apex(const FlatTriangle& shape, int k) {
   return {edge.dot(side) / length, 2 * shape.area() / length};
 }
 
+/// |l|/|e| between circumcentres, negative where they lie the wrong way round.
+double circumcentre_distance(const FlatTriangle& here, int k, const FlatTriangle& there, int l) {
+  return here.half_cotangent((k + 2) % 3) + there.half_cotangent((l + 2) % 3);
+}
+
 /// 2·A/|l|² of the edge k of one triangle and l of the other.
 double weight(const FlatTriangle& here, int k, const FlatTriangle& there, int l,
               DualCentre centre) {
-  if (centre == DualCentre::circumcentre) {
-    const double distance =
-        here.half_cotangent((k + 2) % 3) + there.half_cotangent((l + 2) % 3);  // |l|/|e|
-    return 1 / std::max(distance, least_distance);
+  if (centre != DualCentre::barycentre) {
+    const double distance = circumcentre_distance(here, k, there, l);
+    return 1 / (centre == DualCentre::circumcentre ? std::max(distance, least_distance) : distance);
   }
   const double length = here.edge(k).norm();
   const Vector2 above = apex(here, k), below = apex(there, l);
@@ -41,19 +46,44 @@ double weight(const FlatTriangle& here, int k, const FlatTriangle& there, int l,
 
 double angle(const Vector2& v) { return std::atan2(v.y(), v.x()); }
 
+/// Calls visit(h, twin) once for each edge between two triangles with area.
+template <class Visit>
+void for_each_inner_edge(const Surface& surface, const std::vector<FlatTriangle>& shapes, const Visit& visit) {
+  require(int(shapes.size()) == surface.triangle_count(),
+          fmt::format("{} shapes were given for {} triangles", shapes.size(), surface.triangle_count()));
+  for (HalfEdge h = 0; h < 3 * surface.triangle_count(); ++h)
+    if (const HalfEdge twin = surface.twins[h]; twin > h && !shapes[h / 3].empty() && !shapes[twin / 3].empty())
+      visit(h, twin);
+}
+
 }  // namespace
+
+DualWeights dual_weights(const Surface& surface, const std::vector<FlatTriangle>& shapes) {
+  DualWeights weights;
+  for_each_inner_edge(surface, shapes, [&](HalfEdge h, HalfEdge twin) {
+    const double distance = circumcentre_distance(shapes[h / 3], h % 3, shapes[twin / 3], twin % 3);
+    ++weights.edges;
+    if (std::abs(distance) < no_distance)
+      ++weights.on_a_circle;
+    else
+      weights.negative += distance < 0;
+  });
+  return weights;
+}
 
 SparseMatrix vector_differences(const Surface& surface, const std::vector<FlatTriangle>& shapes,
                                 DualCentre centre) {
   const int count = surface.triangle_count();
-  require(int(shapes.size()) == count,
-          fmt::format("{} shapes were given for {} triangles", shapes.size(), count));
+  if (centre == DualCentre::circumcentre_as_printed) {
+    const DualWeights found = dual_weights(surface, shapes);
+    require(found.on_a_circle == 0,
+            fmt::format("{} of {} edges lie between two triangles on one circle, whose weight by circumcentres as printed is "
+                        "infinite; circumcentric weights on Delaunay triangles are bounded",
+                        found.on_a_circle, found.edges));
+  }
   Entries entries;
-  for (HalfEdge h = 0; h < 3 * count; ++h) {
-    const HalfEdge twin = surface.twins[h];
-    if (twin <= h) continue;  // of each pair one; boundaries have none
+  for_each_inner_edge(surface, shapes, [&](HalfEdge h, HalfEdge twin) {
     const int i = h / 3, j = twin / 3;
-    if (shapes[i].empty() || shapes[j].empty()) continue;
     const double w = weight(shapes[i], h % 3, shapes[j], twin % 3, centre);
     const double turn =
         angle(shapes[i].edge(h % 3)) - angle(shapes[j].edge(twin % 3)) + std::numbers::pi;
@@ -67,7 +97,7 @@ SparseMatrix vector_differences(const Surface& surface, const std::vector<FlatTr
                                    {2 * j + 1, 2 * i, s},
                                    {2 * i + 1, 2 * j, -s},
                                    {2 * j, 2 * i + 1, -s}});
-  }
+  });
   return sparse_matrix(2 * count, 2 * count, entries);
 }
 

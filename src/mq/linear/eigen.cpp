@@ -11,11 +11,16 @@
 /// Rounding leaves an error of about 10⁻¹⁶·λ²/|σ| in λ. For the Laplacian of a surface tr A / (n·tr B)
 /// is about its first eigenvalue, which makes a shift neither too small for the accuracy of the
 /// others nor too large to tell them apart.
+///
+/// Vectors x without mass, B·x = 0, are no eigenvectors of OP but for θ = 0, and the range of OP has none of them: a first
+/// block taken from there keeps V out of them, and OP·x/θ takes out what rounding brought back (Nour-Omid, Parlett,
+/// Ericsson and Jensen, How to implement the spectral transformation, 1987).
 
 #include "mq/linear/eigen.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -51,6 +56,37 @@ double shift_for(const SparseMatrix& A, const SparseMatrix& B) {
   return -(trace > 0 ? trace / double(A.rows()) : 1) / B.diagonal().sum();
 }
 
+/// Times σ is lowered fourfold, by 10¹²; and times the step is halved then, to less than 5 % above the lowest eigenvalue,
+/// as those that lie close to each other are told apart by a near shift alone.
+constexpr int most_shifts = 20, halvings = 6;
+
+/// A − σB factored by `factor(σ)`, which throws `NotPositiveDefinite`, with the first σ of these that will do.
+template <class Factor>
+double lowered_shift(double shift, const EigenOptions& options, const Factor& factor) {
+  const auto works = [&](double s, int tries_left) {
+    try {
+      factor(s);
+      return true;
+    } catch (const NotPositiveDefinite&) {
+      if (options.pencil == EigenOptions::Pencil::semidefinite || tries_left == 0) throw;
+      return false;
+    }
+  };
+  double failed = shift;
+  for (int tries = most_shifts; !works(shift, tries); --tries) {
+    failed = shift;
+    shift *= 4;
+  }
+  if (failed == shift) return shift;
+  double made = shift;
+  for (int n = 0; n < halvings; ++n) {
+    made = (shift + failed) / 2;
+    (works(made, 1) ? shift : failed) = made;
+  }
+  if (made != shift) factor(shift);
+  return shift;
+}
+
 /// Makes every column's largest component positive.
 void turn(Matrix& vectors) {
   for (Eigen::Index k = 0; k < vectors.cols(); ++k) {
@@ -74,18 +110,44 @@ EigenPairs dense_pairs(const SparseMatrix& A, const SparseMatrix& B, int count) 
   return result;
 }
 
+[[noreturn]] void throw_too_few(int wanted, Eigen::Index found) {
+  throw SolverError(fmt::format("of the {} smallest eigenvalues wanted, {} are finite; ask for fewer", wanted, found));
+}
+
+/// The same of any pencil, as B·x = μ·(A − σB)·x with μ = 1/(λ − σ).
+EigenPairs dense_pairs_of_any(const SparseMatrix& A, const SparseMatrix& B, const EigenOptions& options) {
+  const Matrix dense_A(A), dense_B(B);
+  const double shift = lowered_shift(shift_for(A, B), options, [&](double s) {
+    if (Eigen::LLT<Matrix>(dense_A - s * dense_B).info() != Eigen::Success)
+      throw NotPositiveDefinite("no combination of both matrices of the pencil that was tried is positive definite");
+  });
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> all(dense_B, dense_A - shift * dense_B);
+  const Vector mu = all.eigenvalues().reverse();
+  EigenPairs result{Vector(options.count), Matrix(A.rows(), options.count)};
+  for (int k = 0; k < options.count; ++k) {
+    if (!(mu[k] > rank_tolerance * mu[0])) throw_too_few(options.count, k);
+    result.values[k] = shift + 1 / mu[k];
+    result.vectors.col(k) = all.eigenvectors().col(A.rows() - 1 - k) / std::sqrt(mu[k]);
+  }
+  turn(result.vectors);
+  return result;
+}
+
 class BlockLanczos {
  public:
   BlockLanczos(const SparseMatrix& A, const SparseMatrix& B, const EigenOptions& options,
                const Progress& progress)
-      : B_(B), options_(options),
-        shift_(shift_for(A, B)),
-        inverse_(A - shift_ * B, options.factorisation, progress.step("factor", 0.5)) {}
+      : B_(B), options_(options) {
+    const Progress step = progress.step("factor", 0.5);
+    shift_ = lowered_shift(shift_for(A, B), options,
+                           [&](double shift) { inverse_.emplace(A - shift * B, options.factorisation, step); });
+  }
 
   EigenPairs run(const Progress& progress) {
     const int block = options_.block > 0 ? options_.block : std::clamp(options_.count, 4, 24);
     const Eigen::Index limit = std::min<Eigen::Index>(B_.rows(), 20 * options_.count + 400);
     Matrix next = random_block(B_.rows(), std::min<int>(block, int(B_.rows())));
+    if (options_.pencil == EigenOptions::Pencil::any) next = inverse_->solve(Signal(B_ * next));
     orthonormalise(next);
     while (next.cols() > 0) {
       append(next);
@@ -135,7 +197,7 @@ class BlockLanczos {
     const Eigen::Index before = V_.cols(), size = before + block.cols();
     V_.conservativeResize(B_.rows(), size);
     V_.rightCols(block.cols()) = block;
-    Matrix W = inverse_.solve(Signal(B_ * block));
+    Matrix W = inverse_->solve(Signal(B_ * block));
     Matrix T = Matrix::Zero(size, size);
     T.topLeftCorner(before, before) = T_;
     const Matrix products = V_.transpose() * (B_ * W);
@@ -166,14 +228,21 @@ class BlockLanczos {
     for (int k = 0; k < options_.count; ++k)
       result.values[k] = shift_ + 1 / ritz_.eigenvalues()[size - 1 - k];
     result.vectors = V_ * ritz_.eigenvectors().rightCols(options_.count).rowwise().reverse();
+    if (options_.pencil == EigenOptions::Pencil::any) {
+      result.vectors = inverse_->solve(Signal(B_ * result.vectors));
+      for (int k = 0; k < options_.count; ++k) {
+        auto x = result.vectors.col(k);
+        x /= std::sqrt(x.dot(B_ * x));
+      }
+    }
     turn(result.vectors);
     return result;
   }
 
   const SparseMatrix& B_;
   EigenOptions options_;
-  double shift_;
-  DirectSolver inverse_;
+  double shift_ = 0;
+  std::optional<DirectSolver> inverse_;
   Matrix V_, T_, R_;
   Eigen::SelfAdjointEigenSolver<Matrix> ritz_;
   Vector residuals_;
@@ -190,7 +259,8 @@ EigenPairs smallest_eigenpairs(const SparseMatrix& A, const SparseMatrix& B,
           fmt::format("{} eigenvalues of a matrix of {} rows were asked for", options.count,
                       A.rows()));
   require(B.diagonal().sum() > 0, "the second matrix of the pencil is not positive definite");
-  if (A.rows() <= most_dense) return dense_pairs(A, B, options.count);
+  const bool any = options.pencil == EigenOptions::Pencil::any;
+  if (A.rows() <= most_dense) return any ? dense_pairs_of_any(A, B, options) : dense_pairs(A, B, options.count);
   BlockLanczos lanczos(A, B, options, progress);
   return lanczos.run(progress.step("iterate", 0.5));
 }

@@ -15,6 +15,10 @@ struct EigenPairs {
 };
 
 struct EigenOptions {
+  enum class Pencil {
+    semidefinite,  ///< A is, and B is definite
+    any            ///< A may have negative eigenvalues, and B vectors without mass
+  } pencil = Pencil::semidefinite;
   int count = 10;            ///< pairs wanted; at most the number of rows
   int block = 0;             ///< vectors advanced together; 0: count, at least 4 and at most 24
   double tolerance = 1e-10;  ///< of the residual, relative to the eigenvalue of (A − σB)⁻¹B
@@ -27,9 +31,10 @@ struct EigenOptions {
 /// Block Lanczos on (A − σB)⁻¹B with σ = −tr A / (n·tr B): eigenvalues of a
 /// multiplicity up to the block's size, null spaces among them, are found whole, which a single
 /// starting vector cannot promise. Costs one factorisation and about 3·count solves, storage for as
-/// many vectors. Matrices of up to 800 rows are decomposed as dense ones. Deterministic. Throws
+/// many vectors. Of `Pencil::any` σ is lowered fourfold until A − σB is definite, which proves that there is no λ
+/// below, and brought near to the lowest by halving the last step (up to 27 factorisations in all); vectors without mass, whose λ is infinite, are left out. Matrices of up to 800 rows are decomposed as dense ones. Deterministic. Throws
 /// `InvalidInput` on sizes that do not fit, `NotPositiveDefinite`, and `SolverError` where
-/// 20·count + 400 vectors did not suffice.
+/// 20·count + 400 vectors did not suffice, or fewer λ than `count` are finite.
 EigenPairs smallest_eigenpairs(const SparseMatrix& A, const SparseMatrix& B,
                                const EigenOptions& options = {}, const Progress& progress = {});
 
