@@ -14,7 +14,8 @@ from typing import Any
 LEFT_OUT_VERBS = {"batch", "merge", "view"}
 LEFT_OUT_OPTIONS = {"json", "progress", "quiet", "help"}
 #: Paths that are written to.
-OUTPUTS = {"output", "report", "config", "cameras", "plot", "strip", "picture", "record", "screenshot"}
+OUTPUTS = {"output", "report", "config", "cameras", "plot", "strip", "picture", "record", "screenshot",
+           "write-field", "write-potential"}
 WIDTH = 110
 
 HEAD = '''"""The verbs of the program as functions. Made by make_verbs.py from its option tables: change those."""

@@ -4,14 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "cli/models.h"
 #include "mq/base/memory.h"
+#include "mq/fem/image_space.h"
+#include "mq/io/vector_field.h"
 
 namespace mq::test {
 namespace {
 
 using ::testing::HasSubstr;
+using Words = std::vector<std::string>;
 
 /// A blurred step from dark to bright, as wide as the picture.
 Image<float> blurred_step(int width, int height, int channels = 3) {
@@ -110,8 +114,8 @@ TEST(Shock, SharpensTexturesAcrossTheirSeam) {
   EXPECT_EQ(result.json()["result"]["paths"]["count"], result.json()["result"]["unknowns"]);
 }
 
-TEST(Shock, SharpensColoursAtVertices) {
-  const Folder folder;
+/// A blurred step in colours at the vertices of a flat sheet.
+void write_sheet(const Folder& folder) {
   std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 1681\nproperty float x\nproperty float y\n"
       "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
@@ -128,6 +132,11 @@ TEST(Shock, SharpensColoursAtVertices) {
         ply += "3 " + std::to_string(a) + " " + std::to_string(b) + " " + std::to_string(c) + "\n";
     }
   write_bytes(folder / "sheet.ply", ply);
+}
+
+TEST(Shock, SharpensColoursAtVertices) {
+  const Folder folder;
+  write_sheet(folder);
   const Result result = marquetry(folder, {"shock", "sheet.ply", "-o", "sharp.ply", "-t", "3"});
   ASSERT_EQ(result.status, 0) << result.error;
   const Model before = read_model(folder / "sheet.ply"), after = read_model(folder / "sharp.ply");
@@ -229,6 +238,163 @@ TEST(Shock, RefusesWhatDoesNotFit) {
               HasSubstr("--absolute-time"));
   write_bytes(folder / "broken.png", "no picture");
   EXPECT_THAT(error({"broken.png", "-o", "o.png"}), HasSubstr("broken.png"));
+}
+
+TEST(Shock, SaysHowManyExtremaTheExplicitSchemeAsPrintedPasses) {
+  const Folder folder;
+  write_image(folder / "a.png", busy_picture(40, 30));
+  const auto extrema = [&](const std::string& method) {
+    const Result result =
+        marquetry(folder, {"shock", "a.png", "-o", "o.png", "--method", method, "--overwrite", "--json"});
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.json()["result"]["extrema"];
+  };
+  const auto bounded = extrema("osher-rudin"), printed = extrema("osher-rudin-as-printed");
+  EXPECT_EQ(bounded["count"], printed["count"]);
+  EXPECT_EQ(bounded["passed"], 0);
+  EXPECT_GT(printed["passed"].get<int>(), 0);
+}
+
+/// A parabola of values, φ = ½kx², whose potential is ½k²(x² + ¼) where nothing is smoothed.
+constexpr double parabola_k = 1.0 / 800;
+
+void write_parabola(const Folder& folder) {
+  Image<float> image(40, 30, 1);
+  for (int y = 0; y < 30; ++y)
+    for (int x = 0; x < 40; ++x) image(x, y) = float(0.5 * parabola_k * x * x);
+  write_image(folder / "q.exr", image, Depth::f32);
+}
+
+TEST(ShockOutputs, OfAPictureAreItsPotentialAndMinusItsGradient) {
+  const Folder folder;
+  write_parabola(folder);
+  const Words words = {"shock", "q.exr", "-o", "o.exr", "--smooth", "0", "--smooth-potential", "0"};
+  const auto with = [&](const Words& more) {
+    Words all = words;
+    all.insert(all.end(), more.begin(), more.end());
+    return marquetry(folder, all);
+  };
+  const Result result = with({"--write-potential", "p.exr", "--write-field", "f.ply", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["outputs"].dump(), R"(["o.exr","p.exr","f.ply"])");
+  const Image<float> P = read_texture(folder / "p.exr").pixels;
+  const double k2 = parabola_k * parabola_k;
+  for (int y = 0; y < 30; ++y)
+    for (int x = 1; x < 39; ++x) EXPECT_NEAR(P(x, y), 0.5 * k2 * (x * x + 0.25), 1e-5 * k2 * 1600);
+  EXPECT_NEAR(result.json()["result"]["potential"]["largest"].get<double>(),
+              *std::ranges::max_element(P.values()), 1e-9);
+  // −dP/dx = −k²x in the pixel's square, from x − ½ to x + ½: two triangles each.
+  const Mesh squares = image_rectangle(40, 30, ImageTriangles::per_pixel);
+  const VectorField field = read_vector_field(folder / "f.ply", squares);
+  int inner = 0;
+  for (int t = 0; t < squares.triangle_count(); ++t) {
+    const int x = t / 2 % 40;
+    if (x < 3 || x > 36) continue;
+    ++inner;
+    const Vector3& X = field.vectors[std::size_t(t)];
+    EXPECT_NEAR(X.x(), -0.5 * (double(P(x + 1, 5)) - P(x - 1, 5)), 0.3 * k2) << x;
+    EXPECT_NEAR(X.y(), 0, 1e-6 * k2);
+  }
+  EXPECT_EQ(inner, 2 * 34 * 30);
+  // What is written is what lic reads, and the result is what it was without.
+  EXPECT_EQ(marquetry(folder, {"lic", "q.exr", "--field", "f.ply", "--over", "nothing", "-o", "l.png"}).status, 0);
+  ASSERT_EQ(with({"--write-potential", "p.png", "--write-field", "m.png", "--overwrite"}).status, 0);
+  EXPECT_EQ(marquetry(folder, {"lic", "q.exr", "--field", "m.png", "--by", "paths", "--over", "nothing", "-o", "n.png"})
+                .status,
+            0);
+  const Image<float> map = read_texture(folder / "m.png").pixels, colours = read_texture(folder / "p.png").pixels;
+  EXPECT_EQ(colours.channels(), 3);
+  EXPECT_GT(colours(38, 9, 1), colours(3, 9, 1) + 0.5F) << "bright where edges are strong";
+  EXPECT_LT(map(30, 9, 0), 0.01F) << "to the left";
+  EXPECT_NEAR(map(30, 9, 1), 0.5F, 0.01F);
+  EXPECT_GT(map(30, 9, 2), 1.5F * map(15, 9, 2));
+  const auto sharp = file_bytes(folder / "o.exr");
+  ASSERT_EQ(with({"--overwrite"}).status, 0);
+  EXPECT_EQ(file_bytes(folder / "o.exr"), sharp);
+}
+
+TEST(ShockOutputs, OfATextureAreReadBackByLic) {
+  const Folder folder;
+  write_strip(folder);
+  const Result result = marquetry(folder, {"shock", "strip.obj", "-o", "sharp.obj", "--write-potential", "p.tif",
+                                           "--write-field", "f.vf", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Model strip = read_model(folder / "strip.obj");
+  const Image<float> P = read_texture(folder / "p.tif").pixels;
+  EXPECT_EQ(P.channels(), 1);
+  EXPECT_EQ(P.width(), strip.textures.front().pixels.width());
+  EXPECT_EQ(read_vector_field(folder / "f.vf", strip.mesh).vectors.size(), std::size_t(strip.mesh.triangle_count()));
+  EXPECT_EQ(marquetry(folder, {"lic", "strip.obj", "--field", "f.vf", "-o", "l.png"}).status, 0);
+  // Frames have files of their own.
+  ASSERT_EQ(marquetry(folder, {"shock", "strip.obj", "-o", "s_%d.png", "--write-field", "m_%d.png", "--frames", "1-2"})
+                .status,
+            0);
+  EXPECT_TRUE(file_bytes(folder / "m_1.png") == file_bytes(folder / "m_2.png"));
+}
+
+/// P and its colours from such a file: three doubles, one more and three bytes per vertex.
+std::vector<double> potential_in(const std::string& bytes, int count) {
+  const std::size_t begin = bytes.find("end_header\n") + 11;
+  std::vector<double> values;
+  for (int v = 0; v < count; ++v) {
+    double value = 0;
+    std::memcpy(&value, bytes.data() + begin + std::size_t(v) * 35 + 24, 8);
+    values.push_back(value);
+  }
+  return values;
+}
+
+TEST(ShockOutputs, AtVerticesAndOfShapesAreMinusTheGradientTriangleByTriangle) {
+  const Folder folder;
+  write_sheet(folder);
+  ASSERT_EQ(marquetry(folder, {"sample", "sphere", "--size", "64", "-o", "s/"}).status, 0);
+  for (const Words& words : {Words{"shock", "sheet.ply", "-o", "o.ply"},
+                             Words{"shock", "s/sphere.obj", "--geometry", "-o", "o.obj"}}) {
+    Words all = words;
+    for (const char* word : {"--write-potential", "p.ply", "--write-field", "f.ply", "--overwrite"}) all.emplace_back(word);
+    const Result result = marquetry(folder, all);
+    ASSERT_EQ(result.status, 0) << result.error;
+    const Model model = read_model(folder / words[1]);
+    const std::vector<double> P = potential_in(file_bytes(folder / "p.ply"), model.mesh.vertex_count());
+    EXPECT_EQ(read_model(folder / "p.ply").colors.channels, 3);
+    const VectorField field = read_vector_field(folder / "f.ply", model.mesh);
+    double steepest = 0;
+    for (int t = 0; t < model.mesh.triangle_count(); ++t) {
+      // Along an edge the field is what P falls by.
+      const Triangle& v = model.mesh.triangles[std::size_t(t)];
+      for (int k = 0; k < 3; ++k) {
+        const Vector3 edge = model.mesh.position(t, (k + 1) % 3) - model.mesh.position(t, k);
+        const double fall = P[std::size_t(v[k])] - P[std::size_t(v[(k + 1) % 3])];
+        steepest = std::max(steepest, std::abs(fall));
+        EXPECT_NEAR(field.vectors[std::size_t(t)].dot(edge), fall, 1e-9 * (1 + std::abs(P[std::size_t(v[k])])));
+      }
+    }
+    EXPECT_GT(steepest, 1e-6);
+  }
+}
+
+TEST(ShockOutputs, AreRefusedWhereTheyCannotBe) {
+  const Folder folder;
+  write_strip(folder);
+  write_bytes(folder / "fan.ply", coloured_ply);
+  const auto before = folder.names();
+  const auto error = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "shock");
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2) << result.error;
+    return result.error;
+  };
+  EXPECT_THAT(error({"strip.png", "-o", "o.png", "--method", "composed", "--write-potential", "p.png"}),
+              HasSubstr("--write-potential: there is one for --method transport"));
+  EXPECT_THAT(error({"strip.png", "-o", "o.png", "--concavity", "laplacian", "--write-field", "f.ply"}),
+              HasSubstr("--write-field: there is one for"));
+  EXPECT_THAT(error({"strip.png", "-o", "o.png", "--write-field", "f.obj"}), HasSubstr("wanted .ply, .vf or a picture"));
+  EXPECT_THAT(error({"strip.obj", "-o", "o.png", "--write-potential", "p.ply"}), HasSubstr("wanted a picture"));
+  EXPECT_THAT(error({"fan.ply", "-o", "o.ply", "--write-potential", "p.png"}), HasSubstr("wanted .ply"));
+  EXPECT_THAT(error({"fan.ply", "-o", "o.ply", "--write-field", "f.png"}), HasSubstr("wanted .ply or .vf"));
+  EXPECT_THAT(error({"fan.ply", "-o", "o.ply", "--write-field", "o.ply"}), HasSubstr("would be written twice"));
+  EXPECT_THAT(error({"strip.obj", "-o", "o.png", "--write-field", "strip.png"}), HasSubstr("strip.png"));
+  EXPECT_EQ(folder.names(), before);
 }
 
 }  // namespace

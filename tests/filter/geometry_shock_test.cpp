@@ -245,6 +245,18 @@ TEST(GeometryShock, SharpensScans) {
   }
 }
 
+/// P = ½(κ₁² + κ₂²): 1/r² on a sphere.
+TEST(GeometryShock, HasThePotentialOfTheCurvatures) {
+  Mesh mesh = fixtures::sphere(5);
+  const Vector unit = sharpen_shape(make_surface(mesh), {}).potential;
+  ASSERT_EQ(unit.size(), mesh.vertex_count());
+  EXPECT_NEAR(unit.mean(), 1, 0.01);
+  EXPECT_LT((unit.array() - 1).abs().maxCoeff(), 0.05);
+  for (Vector3& p : mesh.positions) p *= 2;
+  const Vector twice = sharpen_shape(make_surface(mesh), {}).potential;
+  EXPECT_LT((4 * twice - unit).cwiseAbs().maxCoeff(), 1e-6);
+}
+
 TEST(GeometryShock, RefusesWhatMeansNothing) {
   const Surface surface = make_surface(fixtures::flat_square(2));
   EXPECT_THAT(error_of([&] { sharpen_shape(surface, {.normal_alpha = -1}); }),

@@ -255,6 +255,24 @@ TEST(ImageShock, HasTheTimeOfTheMirroredImage) {
   }
 }
 
+/// The same closed forms as on meshes, and a side of one pixel as if repeated.
+TEST(ImageShock, HasAPotentialOfClosedFormOnRampsAndParabolas) {
+  for (const int height : {1, 9}) {
+    Image<float> ramp(12, height, 2), parabola(12, height, 1);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < 12; ++x) {
+        ramp(x, y, 0) = float(0.25 * x), ramp(x, y, 1) = float(-0.5 * x);
+        parabola(x, y) = float(0.5 * 0.25 * x * x);
+      }
+    for (const double P : shock_potential(ramp, {})) EXPECT_NEAR(P, 0.5 * (0.0625 + 0.25), 1e-12);
+    const std::vector<double> P = shock_potential(parabola, {});
+    ASSERT_EQ(P.size(), 12U * std::size_t(height));
+    for (int y = 0; y < height; ++y)
+      for (int x = 1; x < 11; ++x)
+        EXPECT_NEAR(P[std::size_t(y * 12 + x)], 0.5 * 0.0625 * (x * x + 0.25), 1e-12) << height;
+  }
+}
+
 TEST(GridFlow, FindsThePointAtAPlace) {
   const GridFlow flow = GridFlow::along(7, 5, std::vector<std::array<double, 2>>(24));
   for (double y = 0; y <= 4; y += 0.25)

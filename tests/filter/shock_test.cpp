@@ -198,5 +198,26 @@ TEST(PotentialRate, IsTheRootMeanSquareOfTheHessian) {
   EXPECT_NEAR(potential_rate(square.space, P), expected, 0.03 * expected);
 }
 
+/// ½ of the mean of the squared slopes around: of a ramp constant, and of ½kx² at x = ih, where the triangles left and
+/// right of a vertex have the slopes kh(i ∓ ½), ½k²h²(i² + ¼).
+TEST(ShockPotential, HasItsClosedFormOnRampsAndParabolas) {
+  const int n = 16;
+  const Case square(flat_square(n, 0));
+  const double h = 1.0 / n, k = 3;
+  const Vector ramp = shock_potential(
+      square.space, square.signal([](const Vector3& p) { return 0.3 * p.x() - 0.4 * p.y(); }, 2), {});
+  for (const double P : ramp) EXPECT_NEAR(P, 0.5 * 0.25 * (1 + 4), 1e-12);
+  const Vector parabola =
+      shock_potential(square.space, square.signal([&](const Vector3& p) { return 0.5 * k * p.x() * p.x(); }), {});
+  int inner = 0;
+  for (int v = 0; v < square.space.size(); ++v) {
+    const Vector3& p = square.surface.mesh.positions[std::size_t(v)];
+    if (std::min({p.x(), p.y(), 1 - p.x(), 1 - p.y()}) < 0.5 * h) continue;
+    EXPECT_NEAR(parabola[v], 0.5 * k * k * (p.x() * p.x() + h * h / 4), 1e-12);
+    ++inner;
+  }
+  EXPECT_EQ(inner, (n - 1) * (n - 1));
+}
+
 }  // namespace
 }  // namespace mq

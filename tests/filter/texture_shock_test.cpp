@@ -305,6 +305,14 @@ TEST(TextureShock, PreparedOnceGivesTheBitsOfEachTime) {
   }
 }
 
+TEST(TextureShock, KeepsThePotentialThatPathsRunDown) {
+  const Sheet sheet({.cells = 12, .parts = 2, .scale = 0.7}, 60);
+  const TextureShock prepared(sheet.model->surface, sheet.model->atlas, sheet.space, sheet.signal,
+                              {.weights = {1e-4, 1e-4}, .time = {}});
+  EXPECT_TRUE(prepared.potential() == shock_potential(sheet.space, sheet.signal, {1e-4, 1e-4}));
+  EXPECT_GT(prepared.potential().maxCoeff(), 100 * std::abs(prepared.potential().minCoeff()));
+}
+
 TEST(TextureShock, RefusesValuesWhoseSlopesSquaredAreNoNumbers) {
   const Sheet sheet({.cells = 12, .parts = 2, .scale = 0.7}, 60);
   EXPECT_THROW(texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, 1e30 * sheet.signal,

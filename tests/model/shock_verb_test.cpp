@@ -140,5 +140,38 @@ TEST(ValueSpace, KnowsTheStepsOfWholeNumbers) {
   EXPECT_EQ(value_step(texture, {}), 0);
 }
 
+/// Of P = x² + 2y at the texels of a flat strip, and at its vertices.
+TEST(DownhillField, IsMinusTheGradientOfThePotential) {
+  const Folder folder;
+  test::write_strip(folder);
+  Messages messages;
+  const TexturedModel model = load_textured_model(folder / "strip.obj", {}, messages);
+  const auto potential = [](const Vector3& p) { return p.x() * p.x() + 2 * p.y(); };
+  const auto expect = [&](const TangentField& field, double tolerance) {
+    for (int t = 0; t < model.surface.triangle_count(); ++t) {
+      const Mesh& mesh = model.surface.mesh;
+      const Vector3 middle = (mesh.position(t, 0) + mesh.position(t, 1) + mesh.position(t, 2)) / 3;
+      EXPECT_LT((field[std::size_t(t)] - Vector3(-2 * middle.x(), -2, 0)).norm(), tolerance) << t;
+    }
+  };
+  const TextureSignal texels(model, {}, messages);
+  Vector P(texels.space().size());
+  const auto& places = texels.space().texels().positions;
+  for (Eigen::Index i = 0; i < P.size(); ++i)
+    P[i] = potential(Vector3(places[std::size_t(i)][0], places[std::size_t(i)][1], places[std::size_t(i)][2]));
+  const ModelField fine = downhill_field(model, texels, P);
+  EXPECT_EQ(fine.texels.size(), 2 * P.size());
+  expect(fine.field, 0.1);
+  const VertexColourSignal vertices(model);
+  Vector at_vertices(vertices.space().size());
+  for (Eigen::Index v = 0; v < at_vertices.size(); ++v)
+    at_vertices[v] = potential(model.surface.mesh.positions[std::size_t(v)]);
+  const ModelField coarse = downhill_field(model, vertices, at_vertices);
+  EXPECT_EQ(coarse.texels.size(), 0);
+  // The gradient of the linear interpolant, of which no triangle can say more.
+  const TangentField gradient = gradient_field(model.surface, at_vertices);
+  for (std::size_t t = 0; t < gradient.size(); ++t) EXPECT_EQ(coarse.field[t], -gradient[t]);
+}
+
 }  // namespace
 }  // namespace mq

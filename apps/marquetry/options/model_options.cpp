@@ -53,7 +53,7 @@ void register_inputs(Run& run, const Model& model) {
   will_read_model(run, model);
   for (const Option& option : run.options().table().options())
     if (option.type == Option::Type::path && option.name != "output" && option.name != "report" &&
-        option.name != "cameras" && option.name != "screenshot")
+        option.name != "cameras" && option.name != "screenshot" && !option.name.starts_with("write-"))
       for (const std::string& name : run.options().texts(option.name)) run.will_read(name);
 }
 

@@ -195,15 +195,6 @@ Vector distances(const Signal& a, const Signal& b) {
       .cwiseSqrt();
 }
 
-Signal coloured(const Vector& values, const FalseColour& scale) {
-  Signal colours(values.size(), 3);
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    const Colour colour = false_colour(values[i], scale);
-    for (int c = 0; c < 3; ++c) colours(i, c) = colour[c];
-  }
-  return colours;
-}
-
 Exit flow_model(Run& run) {
   const OptionValues& options = run.options();
   require(!asks_for(options, "format"),
@@ -254,7 +245,7 @@ Exit flow_model(Run& run) {
     Model differences = model;
     const double most = before.size() > 0 ? before.maxCoeff() : 0;
     pair.target().replace(
-        coloured(after, {.low = 0, .high = most > 0 ? most : 1}), Depth::u8, differences);
+        false_colours(after, {.low = 0, .high = most > 0 ? most : 1}), Depth::u8, differences);
     error.write(std::move(differences), step.progress().step("error", 0.2));
   }
   say_written(run, paths);

@@ -18,6 +18,7 @@
 #include "shell/results.h"
 #include "shell/verb.h"
 #include "verbs/shared/shock_geometry.h"
+#include "verbs/shared/shock_outputs.h"
 
 namespace mq::app {
 namespace {
@@ -89,6 +90,14 @@ void refuse_for_pictures(const OptionValues& options, const std::filesystem::pat
             fmt::format("{}: is a picture, and --{} is for models", path.string(), name));
 }
 
+/// Only paths along one field have one potential.
+void refuse_outputs_of_other_fields(const OptionValues& options) {
+  const bool one = options.text("method") == "transport" && options.text("concavity") == "along-gradient";
+  for (const char* name : {"write-potential", "write-field"})
+    require(one || !options.has(name),
+            fmt::format("--{}: there is one for --method transport along the gradient alone", name));
+}
+
 /// `share` is of the run.
 Model read_picture(Run& run, const std::filesystem::path& path, double share) {
   const Step step(run, "read", share);
@@ -103,8 +112,11 @@ Model read_picture(Run& run, const std::filesystem::path& path, double share) {
 /// By differences, as Osher and Rudin do; `before` is what `texture` shows.
 Image<float> evolved(Run& run, const Image<float>& before, const Texture& texture,
                      Concavity concavity, const Step& step) {
-  OsherRudinOptions evolution{.time = osher_rudin_time(before, asked_time(run.options())),
-                              .concavity = concavity};
+  using Scheme = OsherRudinOptions::Scheme;
+  OsherRudinOptions evolution{
+      .scheme = run.options().text("method") == "osher-rudin" ? Scheme::bounded : Scheme::as_printed,
+      .time = osher_rudin_time(before, asked_time(run.options())),
+      .concavity = concavity};
   // Half of what such a picture can tell apart.
   if (const double smallest = value_step(texture, value_space(run.options())); smallest > 0)
     evolution.least_change = 0.5 * smallest;
@@ -118,7 +130,16 @@ Image<float> evolved(Run& run, const Image<float>& before, const Texture& textur
                     "no steps to run out of",
                     result.steps, 100 * result.left / evolution.time));
   run.result["time"] = evolution.time;
+  const PassedExtrema passed = passed_extrema(before, result.image);
+  run.result["extrema"] = {{"count", passed.extrema},
+                           {"passed", passed.passed},
+                           {"furthest", passed.furthest}};
   return std::move(result.image);
+}
+
+/// What is smoothed of a picture.
+ShockWeights weights_of(const ShockRequest& request, const Image<float>& picture) {
+  return request.weights({.area = double(picture.pixel_count()), .texel_spacing = 1});
 }
 
 /// `before` is what `texture` shows.
@@ -126,12 +147,11 @@ Image<float> sharpened(Run& run, const Image<float>& before, const Texture& text
                        const Step& step) {
   const OptionValues& options = run.options();
   const ShockRequest request = shock_request(options);
-  const ShockWeights weights =
-      request.weights({.area = double(before.pixel_count()), .texel_spacing = 1});
+  const ShockWeights weights = weights_of(request, before);
   const bool laplacian = options.text("concavity") == "laplacian";
   const Concavity concavity = laplacian ? Concavity::laplacian : Concavity::along_gradient;
   const std::string method = options.text("method");
-  if (method == "osher-rudin") {
+  if (method.starts_with("osher-rudin")) {
     require(weights.signal == 0 || !options.given("smooth"),
             "--smooth is for methods that follow paths; smooth the picture before");
     return evolved(run, before, texture, concavity, step);
@@ -164,6 +184,8 @@ Exit shock_picture(Run& run) {
   asked_compression(options);
   const Outputs outputs(options.text("output"), model, Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
+  refuse_outputs_of_other_fields(options);
+  const ShockOutputs beside_it(run, model, ShockOutputs::At::texels, outputs.paths());
   if (run.dry_run()) return Exit::done;
 
   const ValueSpace values = value_space(options);
@@ -173,10 +195,12 @@ Exit shock_picture(Run& run) {
     const Step step(run, "sharpen", 1 - 2 * beside);
     about(model, [&] { after = sharpened(run, before, texture, step); });
   }
-  run.result["pixels_changed"] = put_changed(before, after, values, texture);
   const Step step(run, "write", beside);
+  if (beside_it.wanted()) beside_it.write(run, model, shock_potential(before, weights_of(shock_request(options), before)));
+  run.result["pixels_changed"] = put_changed(before, after, values, texture);
   set_depth(options, model);
   write_outputs(run, outputs, std::move(model), step);
+  beside_it.report(run);
   return Exit::done;
 }
 
@@ -190,6 +214,8 @@ Exit shock_model(Run& run) {
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
+  const ShockOutputs beside_it(run, scene.model, vertices ? ShockOutputs::At::vertices : ShockOutputs::At::texels,
+                               outputs.paths());
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<ModelSignal> target;
@@ -208,9 +234,11 @@ Exit shock_model(Run& run) {
   run.result.update(change_json(before, shocked.signal, value_space(run.options()).space));
 
   const Step step(run, "write", 0.1);
+  if (beside_it.wanted()) beside_it.write(run, scene, *target, shocked.potential);
   target->put(before, shocked.signal, scene.model);
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
+  beside_it.report(run);
   return Exit::done;
 }
 
@@ -271,15 +299,16 @@ void add_picture_options(OptionTable& table) {
   table.add({.name = "method",
              .type = Type::choice,
              .default_value = "transport",
-             .choices = {"transport", "composed", "iterated", "osher-rudin"},
+             .choices = {"transport", "composed", "iterated", "osher-rudin", "osher-rudin-as-printed"},
              .metavar = "HOW",
              .group = "Pictures",
-             .help = "transport, composed, iterated or osher-rudin",
+             .help = "transport, composed, iterated, osher-rudin or osher-rudin-as-printed",
              .details =
                  "transport: along one field. composed: a new field in every step, values "
                  "from the first picture. iterated: values from the step before, which blurs "
                  "them. osher-rudin: by differences, each channel alone, in as many steps as "
-                 "stability asks for; nothing is spread before."});
+                 "stability asks for; nothing is spread before; no pixel passes an extremum beside it. "
+                 "osher-rudin-as-printed: without that, so that some do."});
   table.add({.name = "steps",
              .type = Type::integer,
              .default_value = as_typed(ImageShockOptions{}.steps),
@@ -329,6 +358,7 @@ Verb shock_verb() {
   add_model_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
   add_model_output_option(table);
   add_path_options(table);
+  add_shock_output_options(table);
   add_picture_options(table);
   add_smoothing_options(table);
   add_shock_geometry_options(table);

@@ -109,6 +109,15 @@ Signal distance_colours(const Vector& distances, const DistanceColours& scale) {
   return colours;
 }
 
+Signal false_colours(const Vector& values, const FalseColour& scale) {
+  Signal colours(values.size(), 3);
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const Colour colour = false_colour(values[i], scale);
+    for (int c = 0; c < 3; ++c) colours(i, c) = colour[std::size_t(c)];
+  }
+  return colours;
+}
+
 FalseColour scale_of(std::span<const float> values, FalseColour::Map map) {
   FalseColour scale;
   scale.map = map;

@@ -31,6 +31,9 @@ int isoline_band(double value, const FalseColour& scale);
 /// One channel of a picture in colours, with its isolines.
 Image<float> false_colour(const Image<float>& values, const FalseColour& scale, int channel = 0);
 
+/// The colours of many values: red, green and blue in a row each.
+Signal false_colours(const Vector& values, const FalseColour& scale);
+
 /// A scale from the smallest to the largest of the finite values; diverging ones are symmetric
 /// about 0. A single value v gets [v − ½, v + ½], none at all [0, 1].
 FalseColour scale_of(std::span<const float> values,

@@ -181,6 +181,7 @@ SharpenedShape sharpen_shape(const Surface& surface, const GeometryShockOptions&
                             progress.step("fit", 0.1));
   shape.solves.push_back(fitted.report);
   shape.positions = std::move(fitted.positions);
+  shape.potential = std::move(potential);
   shape.seconds.fit = lap();
   shape.seconds.solver = solver_seconds(shape.solves);
   return shape;

@@ -21,6 +21,7 @@ struct GeometryShockOptions {
 struct SharpenedShape {
   std::vector<Vector3> positions;
   std::vector<Vector3> normals;  ///< unit, of the triangles: those the shape was fitted to
+  Vector potential;              ///< P at the vertices of the surface as it was
   double rate = 0;               ///< Λ of the potential, see `potential_rate`
   double time = 0;               ///< for which paths ran
   PathCounts counts;

@@ -271,7 +271,12 @@ ShockedImage follow(const Image<float>& image, const ImageShockOptions& options,
 }  // namespace
 
 std::vector<double> shock_potential(const Image<float>& image, const ShockWeights& weights) {
-  return potential_of(field_of(image), weights).values;
+  if (image.width() >= 2 && image.height() >= 2) return potential_of(field_of(image), weights).values;
+  const Field wider = potential_of(field_of(at_least_two(image)), weights);
+  std::vector<double> narrow;
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) narrow.push_back(wider(x, y, 0));
+  return narrow;
 }
 
 double potential_rate(int width, int height, std::span<const double> potential) {

@@ -122,6 +122,7 @@ struct TextureShock::Data {
       : signal(std::move(values)), domain(surface, atlas, space, progress) {}
 
   Signal signal;
+  Vector potential;
   TraceAtlas domain;
   double rate = 0, area = 0;
   std::vector<SolveReport> solves;
@@ -136,7 +137,7 @@ TextureShock::TextureShock(const Surface& surface, const Atlas& atlas, const Tex
   require(signal.allFinite(), "the texture has values that are not finite");
   std::vector<SolveReport> solves;
   // First: the solver needs more memory than all else.
-  const Vector P = shock_potential(space, signal, options.weights, options.solver, &solves,
+  Vector P = shock_potential(space, signal, options.weights, options.solver, &solves,
                                    progress.step("potential", 0.68));
   data_ = std::make_unique<Data>(surface, atlas, space, std::move(signal), progress.step("order cells", 0.05));
   data_->solves = std::move(solves);
@@ -144,9 +145,12 @@ TextureShock::TextureShock(const Surface& surface, const Atlas& atlas, const Tex
   data_->area = space.scale().area;
   data_->flow.emplace(AtlasFlow::downhill(data_->domain, P));
   data_->starts = data_->domain.starts();
+  data_->potential = std::move(P);
 }
 
 TextureShock::~TextureShock() = default;
+
+const Vector& TextureShock::potential() const { return data_->potential; }
 
 ShockedTexture TextureShock::at(const ShockTime& time, const Progress& progress) const {
   ShockedTexture shocked;

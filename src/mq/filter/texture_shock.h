@@ -65,6 +65,9 @@ class TextureShock {
   /// `texture_shock` at this time, to the last bit.
   ShockedTexture at(const ShockTime& time, const Progress& progress = {}) const;
 
+  /// P per texel, down which paths run.
+  const Vector& potential() const;
+
  private:
   struct Data;
   std::unique_ptr<Data> data_;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -188,12 +189,19 @@ void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,
     throw IoError(path.string() + ": a vector field is written as .vf or .ply");
 }
 
-void write_vertex_values(const std::filesystem::path& path, const Mesh& mesh, std::span<const double> values) {
-  require(std::ssize(values) == mesh.vertex_count(), "one value per vertex is needed");
-  PlyText ply(ply_header(mesh, "property double quality\n", ""));
-  for (int v = 0; v < mesh.vertex_count(); ++v) {
-    ply.add_vector(mesh.positions[std::size_t(v)]);
-    ply.add(values[std::size_t(v)]);
+void write_vertex_values(const std::filesystem::path& path, const Mesh& mesh, std::span<const double> values,
+                         std::span<const Colour> colours) {
+  require(std::ssize(values) == mesh.vertex_count() && (colours.empty() || colours.size() == values.size()),
+          "one value per vertex is needed");
+  PlyText ply(ply_header(mesh,
+                         std::string("property double quality\n") +
+                             (colours.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n"),
+                         ""));
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    ply.add_vector(mesh.positions[v]);
+    ply.add(values[v]);
+    if (!colours.empty())
+      for (const float c : colours[v]) ply.add(std::uint8_t(std::lround(255 * std::clamp(c, 0.0F, 1.0F))));
   }
   for (const Triangle& triangle : mesh.triangles) ply.add_triangle(triangle);
   ply.write(path);

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "mq/image/colour.h"
 #include "mq/mesh/mesh.h"
 
 namespace mq {
@@ -25,9 +26,10 @@ struct VectorField {
 /// mesh, values that are not finite, no such properties, faces that are not triangles.
 VectorField read_vector_field(const std::filesystem::path& path, const Mesh& mesh);
 
-/// Writes values at vertices as .ply with its mesh, doubles throughout, as `quality`, which MeshLab shows as colours.
-/// Throws `IoError`.
-void write_vertex_values(const std::filesystem::path& path, const Mesh& mesh, std::span<const double> values);
+/// Writes values at vertices as .ply with its mesh, doubles throughout, as `quality`, which MeshLab shows as colours; and
+/// where there are some, one per vertex, with these colours for all other programs. Throws `IoError`.
+void write_vertex_values(const std::filesystem::path& path, const Mesh& mesh, std::span<const double> values,
+                         std::span<const Colour> colours = {});
 
 /// Writes a field of triangles as .vf, or as .ply with its mesh, doubles throughout. Throws `IoError`.
 void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,

@@ -1,5 +1,6 @@
 #include "mq/model/model_shock.h"
 
+#include "mq/fem/texel_vector_space.h"
 #include "mq/fem/vertex_multigrid.h"
 #include "mq/linear/direct_solver.h"
 
@@ -50,14 +51,23 @@ ShockedModel shock_signal(const TexturedModel& model, const ModelSignal& signal,
                                     solver(model.surface.mesh.positions),
                                     progress.step("filter", 0.9));
     return {std::move(found.signal), found.rate,   found.time, found.counts,
-            found.path_seconds,      found.solves};
+            found.path_seconds,      found.solves, std::move(found.potential)};
   }
   const TexelSpace& space = *signal.texel_space();
-  ShockedTexture found = texture_shock(
-      model.surface, *signal.texel_atlas(), space, values,
-      {.weights = weights, .time = request.time, .solver = texel_solver(request.solver, space)}, progress);
+  const TextureShock shock(model.surface, *signal.texel_atlas(), space, values,
+                           {.weights = weights, .time = request.time, .solver = texel_solver(request.solver, space)},
+                           progress);
+  ShockedTexture found = shock.at(request.time, progress);
   return {std::move(found.signal), found.rate,         found.time,
-          found.counts,            found.path_seconds, std::move(found.solves)};
+          found.counts,            found.path_seconds, std::move(found.solves), shock.potential()};
+}
+
+ModelField downhill_field(const TexturedModel& model, const ModelSignal& signal, const Vector& potential) {
+  if (!signal.texel_space()) return {gradient_field(model.surface, -potential), {}, {}};
+  const TexelVectorSpace vectors(model.surface, *signal.texel_atlas(), *signal.texel_space());
+  Vector z = vectors.gradient(-potential);
+  TangentField field = vectors.on_triangles(z);
+  return {std::move(field), std::move(z), {}};
 }
 
 SharpenedShape shock_shape(const TexturedModel& model, const ShockRequest& request,

@@ -9,6 +9,7 @@
 #include "mq/base/length.h"
 #include "mq/filter/geometry_shock.h"
 #include "mq/filter/texture_shock.h"
+#include "mq/model/model_field.h"
 #include "mq/model/model_signal.h"
 
 namespace mq {
@@ -59,6 +60,7 @@ struct ShockedModel {
   PathCounts counts;
   double path_seconds = 0;
   std::vector<SolveReport> solves;
+  Vector potential;  ///< P per unknown, see `shock_potential`
 };
 
 /// Values of this signal of the model sharpened: `texture_shock`, or `transport_shock` of colours at
@@ -66,6 +68,11 @@ struct ShockedModel {
 ShockedModel shock_signal(const TexturedModel& model, const ModelSignal& signal,
                           const Signal& values, const ShockRequest& request = {},
                           const Progress& progress = {});
+
+/// −∇P of a potential per unknown of this signal, along which paths run (thesis 3.4.1), in its unit over length. At
+/// vertices constant on each triangle, as paths have it. Of texels a vector around each, the mean of those in its cells,
+/// which are what paths follow; and per triangle the mean of these.
+ModelField downhill_field(const TexturedModel& model, const ModelSignal& signal, const Vector& potential);
 
 /// The shape sharpened: `sharpen_shape`. Lengths are not in texels.
 SharpenedShape shock_shape(const TexturedModel& model, const ShockRequest& request = {},

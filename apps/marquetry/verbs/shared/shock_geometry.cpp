@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "verbs/shared/geometry.h"
+#include "verbs/shared/shock_outputs.h"
 #include "mq/base/error.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
@@ -48,6 +49,7 @@ Exit shock_geometry(Run& run, const ShockRequest& request) {
   TexturedModel scene = read_shape(run, 0.15);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folders());
+  const ShockOutputs beside_it(run, scene.model, ShockOutputs::At::vertices, outputs.paths());
   if (run.dry_run()) return Exit::done;
 
   SharpenedShape shape;
@@ -64,9 +66,11 @@ Exit shock_geometry(Run& run, const ShockRequest& request) {
         worst.method, worst.residuals.empty() ? 1 : worst.residuals.back()));
   report_shape(run, shape);
   const Step step(run, "write", 0.1);
+  if (beside_it.wanted()) beside_it.write(run, scene, VertexColourSignal(scene), shape.potential);
   put_positions(run, scene, shape.positions,
                 "less --time or --smooth-potential keeps more of it");
   write_outputs(run, outputs, std::move(scene.model), step);
+  beside_it.report(run);
   return Exit::done;
 }
 
