@@ -1,7 +1,9 @@
-// What the verb geodesic does, with its equations kept between one source and the next.
+// What the verb geodesic does, with its equations kept between one source and the next. While the source is
+// dragged, and until they are solved, `LiveGeodesic` has distances for every picture.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <optional>
 
@@ -11,8 +13,10 @@
 #include "mq/base/stopwatch.h"
 #include "mq/draw/false_colour.h"
 #include "controls.h"
+#include "live_colours.h"
 #include "mq/fem/texel_lookup.h"
 #include "mq/filter/geodesic.h"
+#include "mq/filter/live_geodesic.h"
 #include "mq/linear/direct_solver.h"
 #include "options/source_options.h"
 #include "theme.h"
@@ -27,7 +31,8 @@ class GeodesicTool : public VerbTool {
   ~GeodesicTool() override { background_.stop(); }
 
   void panel() override {
-    remark(is_on_its_way()             ? "The distances from there are being calculated."
+    remark(is_on_its_way()             ? (live_shown_ ? "The distances from there become more exact."
+                                                      : "The distances from there are being calculated.")
            : !is_current() || !has_found() ? "Press on the model, and drag: distances from there."
                                        : fmt::format("The farthest place is {} away. Move the mouse over the model: "
                                                      "below stands how far each place is.",
@@ -51,7 +56,7 @@ class GeodesicTool : public VerbTool {
 
   /// Along the surface, and through the air; of no other place than the one that was pressed last.
   std::string reading(const Pick& pick) const override {
-    if (!is_current()) {
+    if (!is_current() && !(live_shown_ && is_on_its_way())) {
       read_.reset();
       return is_on_its_way() || !complete() ? "" : "distance not calculated: it was stopped";
     }
@@ -68,6 +73,7 @@ class GeodesicTool : public VerbTool {
     nlohmann::ordered_json report = VerbTool::report();
     report["prepare_seconds"] = preparing_;
     report["solve_seconds"] = solving_;
+    report["live_seconds"] = live_seconds_;
     if (read_) report["reading"] = *read_;
     return report;
   }
@@ -88,53 +94,148 @@ class GeodesicTool : public VerbTool {
     return !options_.texts("from").empty() || !options_.texts("from-mask").empty();
   }
 
-  /// Whether that was still to be done.
-  bool prepare(const OptionValues& options, const Progress& progress) {
+  /// A place is taken over by the run in progress, unless that has just ended; other options end it.
+  bool follows(const std::string& option) override {
+    const std::lock_guard lock(wanted_mutex_);
+    live_shown_ = false;
+    newer_ = true;
+    if (option != "from" || finished_) return false;
+    wanted_ = options_;
+    return true;
+  }
+
+  void before_make(const OptionValues& options) override {
+    const std::lock_guard lock(wanted_mutex_);
+    wanted_ = options;
+    live_shown_ = newer_ = finished_ = false;
+  }
+
+  /// The place that the run in progress has not taken over yet; nothing: it is to end, for other options.
+  std::optional<OptionValues> take_wanted() {
+    const std::lock_guard lock(wanted_mutex_);
+    if (wanted_) newer_ = false;
+    return std::exchange(wanted_, std::nullopt);
+  }
+
+  /// Whether it is at its end: it has what is wanted, or is to give way to another.
+  bool finish() {
+    const std::lock_guard lock(wanted_mutex_);
+    return finished_ = !wanted_;
+  }
+
+  void prepare_domain(const OptionValues& options, const Progress& progress) {
+    if (domain_) return;
+    app::Run run(options, session_.run.terminal(), progress);
+    domain_ = app::make_field_signal(run, *session_.scene, progress, TextureSignalOptions::SharedTexels::one_for_each);
+    closest_ = std::make_unique<ClosestPointFinder>(session_.scene->surface.mesh);
+  }
+
+  void prepare_live(const OptionValues& options, const Progress& progress) {
+    if (live_time_ == options.text("time") || domain_->space().size() > most_live_unknowns) return;
+    const LiveGeodesicOptions how{.geodesic = {.time = options.number("time")}};
+    live_.reset();
+    live_ = domain_->texel_space() != nullptr
+                ? std::make_unique<LiveGeodesic>(*domain_->texel_space(), how, progress)
+                : std::make_unique<LiveGeodesic>(*domain_->vertex_space(), how, progress);
+    live_time_ = options.text("time");
+  }
+
+  void prepare_exact(const OptionValues& options, const Progress& progress) {
     const std::vector<std::string> asked = {options.text("time"), options.text("solver"),
                                             options.text("tolerance")};
-    if (geodesic_ && asked == prepared_for_) return false;
+    if (geodesic_ && asked == prepared_for_) return;
     const Stopwatch watch;
-    app::Run run(options, session_.run.terminal(), progress);
-    if (!domain_)
-      domain_ = app::make_field_signal(run, *session_.scene, progress.step("assemble", 0.3),
-                                 TextureSignalOptions::SharedTexels::one_for_each);
-    if (!closest_) closest_ = std::make_unique<ClosestPointFinder>(session_.scene->surface.mesh);
     const SolverFactory solver =
         options.text("solver") == "direct"
             ? direct_solver()
             : domain_->space().solver({.tolerance = options.number("tolerance")});
-    geodesic_.emplace(domain_->space(), solver, GeodesicOptions{.time = options.number("time")},
-                      progress.step("prepare", 0.4));
+    geodesic_.emplace(domain_->space(), solver, GeodesicOptions{.time = options.number("time")}, progress);
     prepared_for_ = asked;
-    preparing_ = watch.seconds();
-    return true;
+    preparing_ += watch.seconds();
   }
 
   void make(const OptionValues& options, const Progress& progress) override {
-    const double share = prepare(options, progress) ? 0.3 : 1;
     const Stopwatch watch;
+    prepare_domain(options, progress.step("assemble", 0.2));
+    prepare_live(options, progress.step("prepare", 0.3));
+    preparing_ += watch.seconds();
+    try {
+      do {
+        if (const std::optional<OptionValues> now = take_wanted(); now && follow(*now, progress)) solve(*now, progress);
+      } while (!finish());
+    } catch (...) {
+      const std::lock_guard lock(wanted_mutex_);
+      finished_ = true;
+      throw;
+    }
+  }
+
+  std::vector<GeodesicSource> sources(const OptionValues& options, const Progress& progress) const {
     app::Terminal silence("view");
     silence.set_voice(app::Terminal::Voice::quiet);
     app::Run run(options, silence, progress);
-    const auto places = app::source_places(run, *session_.scene, closest_.get());
-    const Geodesic found = geodesic_->from(app::sources_at(run, *session_.scene, *domain_, places),
-                                           progress.step("distances", share));
-    const double most = domain_->space().largest_shown(found.distance);
+    return app::sources_at(run, *session_.scene, *domain_, app::source_places(run, *session_.scene, closest_.get()));
+  }
+
+  /// Shows distances from there picture by picture until they are as good as they become. Returns whether nothing
+  /// newer is wanted.
+  bool follow(const OptionValues& options, const Progress& progress) {
+    if (!live_) return true;
+    Stopwatch watch;
+    live_->move(sources(options, progress));
+    while (!live_->rests()) {
+      const LiveGeodesicStep did = live_->step(progress);
+      if (did.shown == LiveGeodesicStep::Shown::anew) show_distances(options, live_->distance(), Precision::live);
+      if (did.part == LiveGeodesicStep::Part::front) live_seconds_.push_back(watch.seconds());
+      if (newer_) return false;
+      live_shown_ = true;
+    }
+    return true;
+  }
+
+  /// The same as the verb does it, unless something newer is wanted before it is done.
+  void solve(const OptionValues& options, const Progress& progress) {
+    const Progress until_newer([&](const ProgressEvent& event) { progress.at(event.fraction); }, &newer_);
+    try {
+      prepare_exact(options, until_newer.step("prepare", 0.3));
+      const Stopwatch watch;
+      const Geodesic found = geodesic_->from(sources(options, until_newer), until_newer.step("distances", 0.7));
+      show_distances(options, found.distance, Precision::of_the_verb);
+      solving_.push_back(watch.seconds());
+    } catch (const Cancelled&) {
+      if (!newer_) throw;
+    }
+  }
+
+  enum class Precision { live, of_the_verb };
+
+  void show_distances(const OptionValues& options, const Vector& distance, Precision precision) {
     {
       const std::lock_guard lock(measured_mutex_);
-      measured_ = found.distance;
+      measured_ = distance;
       source_.reset();
       if (const auto place = app::parse_numbers(options.has("from") ? options.texts("from").front() : "", 3))
         source_ = Vector3((*place)[0], (*place)[1], (*place)[2]);
     }
-    const DistanceColours scale{.most = most,
-                                .lines = int(options.integer("isolines")),
-                                .line_width = 1.5 * domain_->scale().texel_spacing};
+    if (!at_vertices() && !colours_) {
+      Model blank;
+      domain_->replace(Signal::Zero(distance.size(), 3), Depth::u8, blank);
+      colours_.emplace(*domain_, pictures_of(blank));
+    }
+    const bool is_live = precision == Precision::live && colours_;
+    DistanceColours scale{.most = is_live ? colours_->most(distance) : domain_->space().largest_shown(distance),
+                          .lines = int(options.integer("isolines")),
+                          .line_width = 1.5 * domain_->scale().texel_spacing};
+    if (precision == Precision::of_the_verb) found_ = {{"max", scale.most}};
+    if (colours_) {
+      colours_->show(distance, scale, is_live ? LiveColours::Colours::nearly : LiveColours::Colours::exactly);
+      show(colours_->pictures());
+      return;
+    }
     Model result;
-    if (at_vertices()) result.mesh = session_.scene->model.mesh;
-    domain_->replace(distance_colours(found.distance, scale), Depth::u8, result);
-    found_ = {{"max", most}};
-    solving_.push_back(watch.seconds());
+    result.mesh = session_.scene->model.mesh;
+    domain_->replace(distance_colours(distance, scale), Depth::u8, result);
+    forget_stages();
     show(result);
   }
 
@@ -165,8 +266,20 @@ class GeodesicTool : public VerbTool {
   std::unique_ptr<ClosestPointFinder> closest_;
   std::optional<GeodesicDistance> geodesic_;
   std::vector<std::string> prepared_for_;
+  std::unique_ptr<LiveGeodesic> live_;
+  std::string live_time_;
+  std::optional<LiveColours> colours_;
   double preparing_ = 0;
-  std::vector<double> solving_;
+  std::vector<double> solving_, live_seconds_;
+
+  /// Beyond, a picture of distances that are on their way would take longer than one waits for it, and more memory.
+  static constexpr int most_live_unknowns = 6'000'000;
+
+  mutable std::mutex wanted_mutex_;
+  std::optional<OptionValues> wanted_;  ///< guarded; with the place where distances are to begin
+  bool finished_ = false;               ///< guarded; the run in progress takes nothing over any more
+  std::atomic<bool> newer_ = false;     ///< something is wanted that the run in progress does not work on
+  std::atomic<bool> live_shown_ = false;
 };
 
 }  // namespace

@@ -181,6 +181,7 @@ void VerbTool::change(const std::string& name, const std::vector<std::string>& v
   require_keeps(changed);
   options_ = changed;
   failure_.clear();
+  if (is_making() && !stale_ && follows(name)) return;
   if (has_run_ || begins_by(name)) make_again();
 }
 
@@ -367,7 +368,7 @@ VerbTool::Stage VerbTool::stage_of(const std::string& name, const Model& result)
   if (at_vertices_)
     stage.colours = std::make_shared<VertexSignal>(result.colors);
   else
-    stage.pictures = std::make_shared<TextureSet>(result.textures, largest_side_);
+    stage.pictures = pictures_of(result);
   return stage;
 }
 
@@ -376,6 +377,14 @@ void VerbTool::show_stage(const std::string& name, const Model& result) {
   const std::lock_guard lock(stages_mutex_);
   if (std::exchange(other_run_, false)) stages_.clear();
   put(std::move(stage), stages_.size());
+}
+
+void VerbTool::show(std::shared_ptr<TextureSet> pictures) {
+  const std::lock_guard lock(stages_mutex_);
+  if (std::exchange(other_run_, false)) stages_.clear();
+  if (stages_.size() == 1 && stages_.front().pictures == pictures) return;
+  stages_.clear();
+  put({"result", {}, std::move(pictures), nullptr}, 0);
 }
 
 void VerbTool::show_stage(double time, const Model& result) {

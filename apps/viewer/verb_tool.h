@@ -63,6 +63,9 @@ class VerbTool : public Tool {
   /// On the window's thread: right before `make`; what saves the result for these options, whatever
   /// is done until its turn comes; as a command.
   virtual void before_make(const OptionValues&) {}
+  /// Whether what is being made takes a changed option over by itself, and need not be made again; on the window's
+  /// thread, once `options_` have it.
+  virtual bool follows(const std::string&) { return false; }
   /// Throws `InvalidInput` where other options would lose what was done by hand.
   virtual void require_keeps(const OptionValues&) const {}
   virtual Work saver(const OptionValues& options) {
@@ -91,6 +94,12 @@ class VerbTool : public Tool {
   virtual bool shows(const Option&) const { return true; }
   /// The result, on the other thread: the model's textures, or its colours at vertices.
   void show(const Model& result) { show_stage("result", result); }
+  /// Pictures that are kept and changed while they are shown, in place of other results.
+  void show(std::shared_ptr<TextureSet> pictures);
+  /// A result as such pictures.
+  std::shared_ptr<TextureSet> pictures_of(const Model& result) const {
+    return std::make_shared<TextureSet>(result.textures, largest_side_);
+  }
   /// The same on its way there: it is shown until there is something newer, and can be gone back
   /// to.
   void show_stage(const std::string& name, const Model& result);

@@ -11,6 +11,7 @@ namespace mq::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(Geodesic, WritesDistancesInModelUnits) {
   const Folder folder;
@@ -47,6 +48,23 @@ TEST(Geodesic, WritesColoursElsewhere) {
   const Texture colours = read_texture(folder / "d.png");
   EXPECT_EQ(colours.pixels.channels(), 3);
   EXPECT_EQ(colours.format.depth, Depth::u8);
+}
+
+TEST(Geodesic, WarnsWhereItsCyclesEndTooEarly) {
+  const Folder folder;
+  write_strip(folder);
+  std::vector<std::string> words = {"geodesic", "strip.obj", "--from",   "0,0.5,0",  "-o",       "d.exr",
+                                    "--solver", "multigrid", "--cycles", "1",        "--tolerance", "1e-9",
+                                    "--json",   "--overwrite"};
+  const Result early = marquetry(folder, words);
+  ASSERT_EQ(early.status, 0) << early.error;
+  EXPECT_FALSE(early.json()["solve"]["converged"].get<bool>());
+  EXPECT_THAT(early.error, HasSubstr("multigrid stopped after 1 cycle at a relative residual of"));
+  EXPECT_THAT(early.error, HasSubstr("distances may be wrong; more --cycles find them"));
+  words[9] = "30", words[11] = "1e-6";
+  const Result enough = marquetry(folder, words);
+  ASSERT_EQ(enough.status, 0) << enough.error;
+  EXPECT_THAT(enough.error, Not(HasSubstr("distances may be wrong")));
 }
 
 TEST(Geodesic, TakesSourcesFromAPicture) {

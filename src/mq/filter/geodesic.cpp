@@ -8,20 +8,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
-#include <numbers>
-#include <set>
 
 #include "mq/base/error.h"
-#include "mq/base/parallel.h"
+#include "mq/filter/detail/geodesic_steps.h"
 #include "mq/filter/fast_sweeping.h"
 #include "mq/filter/heat_sweeps.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/linear/connected_components.h"
-#include "mq/linear/dense.h"
 
 namespace mq {
 
@@ -38,217 +32,11 @@ struct GeodesicDistance::Parts {
 
 namespace {
 
-/// Mean distance of neighbouring unknowns; that of equilateral triangles where there is no grid.
-double mean_spacing(const SignalSpace& space) {
-  const SurfaceScale scale = space.scale();
-  if (scale.texel_spacing > 0) return scale.texel_spacing;
-  return std::sqrt(2 / std::sqrt(3.0) * scale.area / space.size());
-}
-
-SparseMatrix heat_matrix(const SignalSpace& space, double t, const Progress& progress) {
-  SparseMatrix A = space.regularised_system(0, t, progress);
-  A.diagonal() += space.lumped_mass();
-  return A;
-}
-
-/// |∇w| is near 1. Where it is less than this there is no direction but rounding: inside sources,
-/// and in the half texel by which a texture ends beyond its last texels.
-constexpr float least_gradient = 0.05F;
-
-/// How far heat that does not leave bends what is along a boundary, in √t: e⁻³ is left of it.
-constexpr double boundary_lengths = 3;
-
-/// ∫ ⟨∇w/|∇w|, ∇φ_i⟩ dA, |∇w| at least `least_gradient`.
+/// ∫ ⟨∇w/|∇w|, ∇φ_i⟩ dA.
 Signal unit_gradient_moments(const SignalSpace& space, const Signal& w) {
-  std::vector<float> factor = space.gradient_norms(w);
-  for (float& f : factor) f = 1 / std::max(f, least_gradient);
+  std::vector<float> factor = gradient_lengths(space, w);
+  for (float& f : factor) f = 1 / f;
   return space.weighted_stiffness_times(w, factor);
-}
-
-void require_sources(const std::vector<GeodesicSource>& sources, int size) {
-  require(!sources.empty(), "distances need at least one source");
-  for (const GeodesicSource& s : sources) {
-    require(s.unknown >= 0 && s.unknown < size,
-            fmt::format("source {} is none of the {} unknowns", s.unknown, size));
-    require(s.distance >= 0 && std::isfinite(s.distance),
-            fmt::format("the distance at source {} is {}; it must be finite and not negative",
-                        s.unknown, s.distance));
-  }
-}
-
-/// Sources with those around their points, each unknown once at the least of its distances.
-class SourceDiscs {
- public:
-  SourceDiscs(const SparseMatrix& A, const std::vector<Vector3>& positions, double spacing)
-      : A_(A), positions_(positions), spacing_(spacing) {}
-
-  std::vector<GeodesicSource> grown(const std::vector<GeodesicSource>& sources) {
-    for (const GeodesicSource& s : sources) {
-      add(s.unknown, s.distance);
-      if (s.from) grow(s);
-    }
-    std::vector<GeodesicSource> all;
-    for (const auto& [unknown, distance] : distance_) all.push_back({unknown, distance});
-    return all;
-  }
-
- private:
-  void add(int unknown, double distance) {
-    const auto [at, is_new] = distance_.try_emplace(unknown, distance);
-    if (!is_new) at->second = std::min(at->second, distance);
-  }
-
-  /// The unknowns that couplings lead to inside the disc, by ways that are not much longer than the
-  /// straight one; nothing where they do not lie near a plane.
-  void grow(const GeodesicSource& source) {
-    const Vector3 centre = *source.from;
-    const double radius = disc_spacings * std::max(spacing_, spacing_around(source.unknown));
-    const auto straight = [&](int i) { return (positions_[std::size_t(i)] - centre).norm(); };
-    std::map<int, double> along = {{source.unknown, straight(source.unknown)}};
-    std::set<std::pair<double, int>> queue = {{along.begin()->second, source.unknown}};
-    while (!queue.empty()) {
-      const auto [way, i] = *queue.begin();
-      queue.erase(queue.begin());
-      if (way > along[i]) continue;
-      for (SparseMatrix::InnerIterator it(A_, i); it; ++it) {
-        const int j = int(it.col());
-        if (j == i || it.value() == 0 || straight(j) > radius) continue;
-        const double longer = way + (positions_[std::size_t(j)] - positions_[std::size_t(i)]).norm();
-        const auto [at, is_new] = along.try_emplace(j, longer);
-        if (!is_new && longer >= at->second) continue;
-        at->second = longer;
-        queue.emplace(longer, j);
-      }
-    }
-    if (!is_flat(along, centre, radius)) return;
-    for (const auto& [i, way] : along)
-      if (way <= most_detour * straight(i) + spacing_) add(i, straight(i));
-  }
-
-  double spacing_around(int i) const {
-    double sum = 0;
-    int count = 0;
-    for (SparseMatrix::InnerIterator it(A_, i); it; ++it) {
-      if (it.col() == i || it.value() == 0) continue;
-      sum += (positions_[std::size_t(it.col())] - positions_[std::size_t(i)]).norm();
-      ++count;
-    }
-    return count > 0 ? sum / count / ((1 + std::numbers::sqrt2) / 2) : 0;
-  }
-
-  bool is_flat(const std::map<int, double>& disc, const Vector3& centre, double radius) const {
-    Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
-    for (const auto& [i, way] : disc) {
-      const Vector3 d = positions_[std::size_t(i)] - centre;
-      moments += d * d.transpose();
-    }
-    const Vector3 normal = symmetric_pairs(moments).vectors.col(0);
-    return std::ranges::all_of(disc, [&](const auto& entry) {
-      return std::abs(normal.dot(positions_[std::size_t(entry.first)] - centre)) <= flatness * radius;
-    });
-  }
-
-  static constexpr double disc_spacings = 3;
-  static constexpr double most_detour = 1.25;  ///< along couplings of a square grid it is 1.08
-  static constexpr double flatness = 0.1;
-
-  const SparseMatrix& A_;
-  const std::vector<Vector3>& positions_;
-  double spacing_;
-  std::map<int, double> distance_;
-};
-
-/// A rising function v of w with |∇v| near 1, where |∇w| is not: near points it is more. Through
-/// the means of w and of first distances in steps of w; it turns no gradient.
-class EvenSlope {
- public:
-  EvenSlope(const Signal& w, const Vector& first, const std::vector<char>& left_out, double step) {
-    struct Mean {
-      double w = 0, first = 0, count = 0;
-    };
-    std::map<std::int64_t, Mean> means;
-    for (Eigen::Index i = 0; i < w.rows(); ++i) {
-      if (left_out[std::size_t(i)] || !std::isfinite(first[i])) continue;
-      Mean& mean = means[std::int64_t(std::floor(w(i, 0) / step))];
-      mean.w += w(i, 0), mean.first += first[i], mean.count += 1;
-    }
-    for (const auto& [k, mean] : means) {
-      const double v = mean.first / mean.count;
-      if (nodes_.empty() || v > nodes_.back().second) nodes_.emplace_back(mean.w / mean.count, v);
-    }
-  }
-
-  double operator()(double w) const {
-    if (nodes_.empty()) return w;
-    if (w <= nodes_.front().first) return nodes_.front().second + (w - nodes_.front().first);
-    if (w >= nodes_.back().first) return nodes_.back().second + (w - nodes_.back().first);
-    const auto above = std::ranges::upper_bound(nodes_, w, {}, &std::pair<double, double>::first);
-    const auto& [w0, v0] = *(above - 1);
-    const auto& [w1, v1] = *above;
-    return v0 + (v1 - v0) * (w - w0) / (w1 - w0);
-  }
-
- private:
-  std::vector<std::pair<double, double>> nodes_;
-};
-
-/// Which unknowns are so few couplings away from these.
-std::vector<char> within_rings(const SparseMatrix& A, std::vector<int> ring, int rings) {
-  std::vector<char> near(std::size_t(A.rows()), 0);
-  for (const int i : ring) near[std::size_t(i)] = 1;
-  for (int k = 0; k < rings && !ring.empty(); ++k) {
-    std::vector<int> farther;
-    for (const int i : ring)
-      for (SparseMatrix::InnerIterator it(A, i); it; ++it) {
-        if (it.value() == 0 || near[std::size_t(it.col())]) continue;
-        near[std::size_t(it.col())] = 1;
-        farther.push_back(int(it.col()));
-      }
-    ring = std::move(farther);
-  }
-  return near;
-}
-
-/// w brought to slope 1 and continued near boundaries, but for sources, from what lies farther
-/// inside. `first` are the distances that sweeps began with, infinite where no source leads to: w
-/// stays as it is there.
-void continue_to_boundary(const GeodesicDistance::Parts& parts,
-                          const std::vector<GeodesicSource>& sources, const Vector& first,
-                          Signal& w, const Progress& progress) {
-  std::vector<char> near =
-      within_rings(parts.heat, parts.boundary,
-                   int(std::ceil(boundary_lengths * parts.length / mean_spacing(parts.space))));
-  for (const GeodesicSource& s : sources) near[std::size_t(s.unknown)] = 0;
-  const EvenSlope even(w, first, near, 2 * parts.length);
-  std::vector<std::pair<int, double>> inside;
-  for (Eigen::Index i = 0; i < w.rows(); ++i) {
-    if (!std::isfinite(first[i])) continue;
-    w(i, 0) = even(w(i, 0));
-    if (!near[std::size_t(i)]) inside.emplace_back(int(i), w(i, 0));
-  }
-  const Vector front = fast_sweeping_distances(parts.heat, parts.positions, inside, progress);
-  for (Eigen::Index i = 0; i < w.rows(); ++i)
-    if (near[std::size_t(i)] && std::isfinite(front[i])) w(i, 0) = front[i];
-}
-
-/// Shifts each component such that the given distances are met on average, and then takes these.
-void meet_sources(const std::vector<GeodesicSource>& sources, const std::vector<int>& component,
-                  Geodesic& result) {
-  std::vector<double> sum(component.size(), 0), count(component.size(), 0);
-  for (const GeodesicSource& s : sources) {
-    sum[component[s.unknown]] += result.distance[s.unknown] - s.distance;
-    count[component[s.unknown]] += 1;
-  }
-  for (Eigen::Index i = 0; i < result.distance.size(); ++i) {
-    const int c = component[i];
-    if (count[c] > 0) {
-      result.distance[i] = std::max(0.0, result.distance[i] - sum[c] / count[c]);
-    } else {
-      result.distance[i] = std::numeric_limits<double>::infinity();
-      ++result.unreached;
-    }
-  }
-  for (const GeodesicSource& s : sources) result.distance[s.unknown] = s.distance;
 }
 
 }  // namespace
@@ -274,7 +62,7 @@ Geodesic GeodesicDistance::from(const std::vector<GeodesicSource>& asked,
                                 const Progress& progress) const {
   require_sources(asked, parts_->space.size());
   const std::vector<GeodesicSource> sources =
-      SourceDiscs(parts_->heat, parts_->positions, mean_spacing(parts_->space)).grown(asked);
+      grown_sources(parts_->heat, parts_->positions, mean_spacing(parts_->space), asked);
   std::vector<std::pair<int, double>> fixed;
   for (const GeodesicSource& s : sources)
     fixed.emplace_back(s.unknown, -s.distance / parts_->length);
@@ -291,15 +79,16 @@ Geodesic GeodesicDistance::from(const std::vector<GeodesicSource>& asked,
     w(i, 0) = std::isfinite(heat.log_u[i]) ? -parts_->length * heat.log_u[i] : 0;
   heat.log_u = Vector();
   if (!parts_->boundary.empty())
-    continue_to_boundary(*parts_, sources, -parts_->length * guess, w,
-                         progress.step("boundary", 0.05));
+    continue_to_boundary(
+        {parts_->space, parts_->length, parts_->heat, parts_->positions, parts_->boundary}, sources,
+        -parts_->length * guess, w, progress.step("boundary", 0.05));
   const Signal moments = unit_gradient_moments(parts_->space, w);
   Filtered filtered = parts_->poisson.solve_towards(w, moments, progress.step("solve", 0.2));
   Geodesic result{.distance = filtered.signal.col(0),
                   .sweeps = heat.sweeps,
                   .change = heat.change,
                   .report = std::move(filtered.report)};
-  meet_sources(sources, parts_->component, result);
+  result.unreached = meet_sources(sources, parts_->component, result.distance);
   return result;
 }
 

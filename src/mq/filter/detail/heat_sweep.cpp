@@ -1,0 +1,88 @@
+#include "mq/filter/detail/heat_sweep.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mq/base/parallel.h"
+
+namespace mq {
+namespace {
+
+/// Undamped, checkerboards would be kept where rows are five-point stencils.
+constexpr double damping = 0.8;
+
+/// By what factor a row may call for u to change in one sweep.
+constexpr double most_change = 5;
+
+/// Beyond this ratio, e^8, of neighbours u is not believed.
+constexpr float most_log_ratio = 8;
+
+/// Where rows that never fit are many the tolerance is out of reach: sweeps that bring down what is
+/// missed by less than this share in `recent` of them, after as many to begin with, bring no more. Above
+/// so many tolerances that says nothing, as rows count for no more there.
+constexpr double least_progress = 0.05, near_tolerance = 10;
+constexpr std::size_t recent = 10;
+
+}  // namespace
+
+HeatSweep::HeatSweep(const SparseMatrix& A, std::vector<int> met, std::vector<char> fixed, Vector& log_u)
+    : A_(A),
+      met_(std::move(met)),
+      fixed_(std::move(fixed)),
+      log_u_(log_u),
+      shares_(std::size_t(A.nonZeros())),
+      delta_(std::size_t(A.rows())) {
+  std::sort(met_.begin(), met_.end());
+}
+
+double HeatSweep::find_misses(double most) {
+  falling_.sort(met_, log_u_);
+  parallel_for(std::ssize(met_), [&](std::int64_t k) { find_miss(met_[k]); });
+  const double missed = parallel_sum(std::ssize(met_), 0.0, [&](auto begin, auto end) {
+    double sum = 0;
+    for (auto k = begin; k < end; ++k) sum += std::min(most, std::abs(delta_[met_[k]]));
+    return sum;
+  });
+  return missed / double(met_.size());
+}
+
+void HeatSweep::carry() {
+  const int *begin = A_.outerIndexPtr(), *columns = A_.innerIndexPtr();
+  for (const int i : falling_.order())
+    for (int e = begin[i]; e < begin[i + 1]; ++e)
+      if (shares_[e] > 0) delta_[i] += shares_[e] * delta_[columns[e]];
+  parallel_for(std::ssize(met_),
+               [&](std::int64_t k) { log_u_[met_[k]] += damping * delta_[met_[k]]; });
+}
+
+void HeatSweep::find_miss(int i) {
+  const int *begin = A_.outerIndexPtr(), *columns = A_.innerIndexPtr();
+  const double* values = A_.valuePtr();
+  delta_[i] = 0;
+  double sum = 0, nearer = 0, diagonal = 1;
+  for (int e = begin[i]; e < begin[i + 1]; ++e) {
+    const int j = columns[e];
+    shares_[e] = 0;
+    if (j == i) diagonal = values[e];
+    if (j == i || values[e] == 0 || fixed_[i]) continue;
+    const float ratio =
+        std::exp(std::clamp(float(log_u_[j] - log_u_[i]), -most_log_ratio, most_log_ratio));
+    const double term = -values[e] * ratio;
+    sum += term;
+    if (term <= 0 || !falling_.before(j, i)) continue;
+    shares_[e] = float(term);
+    nearer += term;
+  }
+  if (fixed_[i]) return;
+  if (nearer > 0)
+    for (int e = begin[i]; e < begin[i + 1]; ++e) shares_[e] /= float(nearer);
+  delta_[i] = std::log(std::clamp(sum / diagonal, 1 / most_change, most_change));
+}
+
+bool HeatSweepEnd::reached(int max_sweeps) const {
+  if (sweeps() >= max_sweeps || !(last() > tolerance_)) return true;
+  return missed_.size() >= 2 * recent && last() < near_tolerance * tolerance_ &&
+         last() > (1 - least_progress) * missed_[missed_.size() - 1 - recent];
+}
+
+}  // namespace mq
