@@ -74,6 +74,7 @@ class GeodesicTool : public VerbTool {
     report["prepare_seconds"] = preparing_;
     report["solve_seconds"] = solving_;
     report["live_seconds"] = live_seconds_;
+    report["front_seconds"] = front_seconds_;
     if (read_) report["reading"] = *read_;
     return report;
   }
@@ -156,12 +157,15 @@ class GeodesicTool : public VerbTool {
 
   void make(const OptionValues& options, const Progress& progress) override {
     const Stopwatch watch;
-    prepare_domain(options, progress.step("assemble", 0.2));
-    prepare_live(options, progress.step("prepare", 0.3));
+    const double share = domain_ && live_time_ == options.text("time") ? 0 : 0.4;
+    prepare_domain(options, progress.step("assemble", share / 2));
+    prepare_live(options, progress.step("prepare", share / 2));
     preparing_ += watch.seconds();
     try {
       do {
-        if (const std::optional<OptionValues> now = take_wanted(); now && follow(*now, progress)) solve(*now, progress);
+        const Progress at_source = progress.step("distances", 1 - share);
+        if (const std::optional<OptionValues> now = take_wanted(); now && follow(*now, at_source.step("front", 0.3)))
+          solve(*now, at_source.step("solve", 0.7));
       } while (!finish());
     } catch (...) {
       const std::lock_guard lock(wanted_mutex_);
@@ -181,12 +185,15 @@ class GeodesicTool : public VerbTool {
   /// newer is wanted.
   bool follow(const OptionValues& options, const Progress& progress) {
     if (!live_) return true;
-    Stopwatch watch;
-    live_->move(sources(options, progress));
-    while (!live_->rests()) {
+    const Stopwatch watch;
+    live_->move(sources(options, {}));
+    for (int steps = 1; !live_->rests(); ++steps) {
+      const Stopwatch stepping;
       const LiveGeodesicStep did = live_->step(progress);
+      if (did.part == LiveGeodesicStep::Part::front) front_seconds_.push_back(stepping.seconds());
       if (did.shown == LiveGeodesicStep::Shown::anew) show_distances(options, live_->distance(), Precision::live);
       if (did.part == LiveGeodesicStep::Part::front) live_seconds_.push_back(watch.seconds());
+      progress.at(steps / (steps + 15.0));
       if (newer_) return false;
       live_shown_ = true;
     }
@@ -270,7 +277,8 @@ class GeodesicTool : public VerbTool {
   std::string live_time_;
   std::optional<LiveColours> colours_;
   double preparing_ = 0;
-  std::vector<double> solving_, live_seconds_;
+  std::vector<double> solving_;
+  std::vector<double> live_seconds_, front_seconds_;  ///< from place to picture; of that the front
 
   /// Beyond, a picture of distances that are on their way would take longer than one waits for it, and more memory.
   static constexpr int most_live_unknowns = 6'000'000;
