@@ -34,7 +34,8 @@ void draw(const Json& plot, const char* file) {
     mq::PlotPanel& made = panels.emplace_back();
     made.title = panel.at("title");
     made.base = panel.value("base", 0.0);
-    for (const Json& line : panel.at("lines")) made.lines.push_back({.name = line.at("name"), .values = numbers(line.at("values"))});
+    for (const Json& line : panel.at("lines"))
+      made.lines.push_back({.name = line.at("name"), .values = numbers(line.at("values"))});
   }
   mq::write_image(file, mq::line_plot(numbers(plot.at("places")), panels, options));
 }

@@ -351,7 +351,8 @@ TEST(ShockOutputs, AtVerticesAndOfShapesAreMinusTheGradientTriangleByTriangle) {
   for (const Words& words : {Words{"shock", "sheet.ply", "-o", "o.ply"},
                              Words{"shock", "s/sphere.obj", "--geometry", "-o", "o.obj"}}) {
     Words all = words;
-    for (const char* word : {"--write-potential", "p.ply", "--write-field", "f.ply", "--overwrite"}) all.emplace_back(word);
+    for (const char* word : {"--write-potential", "p.ply", "--write-field", "f.ply", "--overwrite"})
+      all.emplace_back(word);
     const Result result = marquetry(folder, all);
     ASSERT_EQ(result.status, 0) << result.error;
     const Model model = read_model(folder / words[1]);
@@ -388,7 +389,8 @@ TEST(ShockOutputs, AreRefusedWhereTheyCannotBe) {
               HasSubstr("--write-potential: there is one for --method transport"));
   EXPECT_THAT(error({"strip.png", "-o", "o.png", "--concavity", "laplacian", "--write-field", "f.ply"}),
               HasSubstr("--write-field: there is one for"));
-  EXPECT_THAT(error({"strip.png", "-o", "o.png", "--write-field", "f.obj"}), HasSubstr("wanted .ply, .vf or a picture"));
+  EXPECT_THAT(error({"strip.png", "-o", "o.png", "--write-field", "f.obj"}),
+              HasSubstr("wanted .ply, .vf or a picture"));
   EXPECT_THAT(error({"strip.obj", "-o", "o.png", "--write-potential", "p.ply"}), HasSubstr("wanted a picture"));
   EXPECT_THAT(error({"fan.ply", "-o", "o.ply", "--write-potential", "p.png"}), HasSubstr("wanted .ply"));
   EXPECT_THAT(error({"fan.ply", "-o", "o.ply", "--write-field", "f.png"}), HasSubstr("wanted .ply or .vf"));

@@ -67,8 +67,8 @@ TEST(SpectrumOfFields, IsRepeatedFromItsReportWithAnyNumberOfThreads) {
             file_bytes(folder / "b/torus_whitney_04.ply"));
 }
 
-/// Two triangles over an edge of length 2, each of this height: with ½ the weight 2/(cot α + cot β) is −4/3 and the areas
-/// are ½ each, so that the fields that differ most have 2·(−4/3)/½.
+/// Two triangles over an edge of length 2, each of this height: with ½ the weight 2/(cot α + cot β) is −4/3 and the
+/// areas are ½ each, so that the fields that differ most have 2·(−4/3)/½.
 std::string kite_obj(const std::string& height) {
   return "v -1 0 0\nv 1 0 0\nv 0 " + height + " 0\nv 0 -" + height + " 0\nf 1 2 3\nf 2 1 4\n";
 }

@@ -130,7 +130,8 @@ TEST(WhitneyMass, OfOnePointLosesTheRotationInTriangles) {
   EXPECT_GT(lost, 0.1);
   EXPECT_NEAR(omega.dot(exact * omega) - omega.dot(one * omega), lost, 1e-12 * lost);
   // A gradient has no curl: it is constant in triangles, and both agree.
-  const Vector gradient = d0(edges, torus.surface.mesh.vertex_count()) * random_signal(torus.surface.mesh.vertex_count(), 1, 2);
+  const int vertices = torus.surface.mesh.vertex_count();
+  const Vector gradient = d0(edges, vertices) * random_signal(vertices, 1, 2);
   EXPECT_NEAR(gradient.dot(one * gradient), gradient.dot(exact * gradient), 1e-11 * gradient.dot(exact * gradient));
 }
 

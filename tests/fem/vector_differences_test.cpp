@@ -98,7 +98,8 @@ Surface kite(double height) {
   return make_surface(mesh);
 }
 
-/// 2·A/|l|² = 2/(cot α + cot β), each angle 2·atan(1/h) with cot = (h − 1/h)/2: of h = ½ it is −4/3, and infinite of h = 1.
+/// 2·A/|l|² = 2/(cot α + cot β), each angle 2·atan(1/h) with cot = (h − 1/h)/2: of h = ½ it is −4/3, and of h = 1
+/// infinite.
 TEST(VectorDifferences, AsPrintedAreNegativeWhereAnEdgeIsNotDelaunay) {
   const Surface obtuse = kite(0.5), acute = kite(2), circle = kite(1);
   const auto energy = [](const Surface& surface, DualCentre centre) {

@@ -68,13 +68,16 @@ TEST(SmallestEigenpairs, AreFoundHoweverManyOfASmallMatrix) {
   }
 }
 
-/// A pencil with negative eigenvalues and vectors without mass, beside a decomposition with another shift: as a dense one,
-/// and by Lanczos.
+/// A pencil with negative eigenvalues and vectors without mass, beside a decomposition with another shift: as a dense
+/// one, and by Lanczos.
 TEST(SmallestEigenpairs, OfAnyPencilAreTheFiniteOnesFromTheLowestOn) {
   for (const int side : {12, 30}) {
     const int n = side * side, count = 10;
     std::vector<double> less, mass;
-    for (int i = 0; i < n; ++i) less.push_back(i % 11 == 0 ? -7 - 0.01 * i : 0.1), mass.push_back(i % 5 == 2 ? 0 : 1 + i % 3);
+    for (int i = 0; i < n; ++i) {
+      less.push_back(i % 11 == 0 ? -7 - 0.01 * i : 0.1);
+      mass.push_back(i % 5 == 2 ? 0 : 1 + i % 3);
+    }
     mass[0] = mass[1] = 1;
     for (int i = 0; i < n; ++i)
       if (mass[std::size_t(i)] == 0) less[std::size_t(i)] = 0.1;

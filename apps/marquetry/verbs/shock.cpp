@@ -196,7 +196,8 @@ Exit shock_picture(Run& run) {
     about(model, [&] { after = sharpened(run, before, texture, step); });
   }
   const Step step(run, "write", beside);
-  if (beside_it.wanted()) beside_it.write(run, model, shock_potential(before, weights_of(shock_request(options), before)));
+  if (beside_it.wanted())
+    beside_it.write(run, model, shock_potential(before, weights_of(shock_request(options), before)));
   run.result["pixels_changed"] = put_changed(before, after, values, texture);
   set_depth(options, model);
   write_outputs(run, outputs, std::move(model), step);

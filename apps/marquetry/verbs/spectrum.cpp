@@ -82,17 +82,18 @@ void report(Run& run, const FieldSpectrum& spectrum, double area) {
   run.result["zeros"] = zeros;
   run.result["negative_weights"] = spectrum.negative_weights;
   run.result["massless_fields"] = spectrum.massless;
-  if (spectrum.negative_weights > 0)
+  if (const auto count = spectrum.negative_weights; count > 0)
     run.terminal().warning(
-        fmt::format("{} not Delaunay, so that the dual as printed gives them negative weights: the form is no smoothness "
-                    "of all fields, and values are not to be trusted; --dual circumcentric works on Delaunay triangles",
-                    spectrum.negative_weights == 1 ? "1 edge is" : fmt::format("{} edges are", spectrum.negative_weights)));
-  if (spectrum.massless > 0)
+        fmt::format("{} not Delaunay, so that the dual as printed gives them negative weights: the form is no "
+                    "smoothness of all fields, and values are not to be trusted; --dual circumcentric works on "
+                    "Delaunay triangles",
+                    count == 1 ? "1 edge is" : fmt::format("{} edges are", count)));
+  if (const auto count = spectrum.massless; count > 0)
     run.terminal().warning(
-        fmt::format("{} about the middles of all triangles and {} no mass in one point each, so the eigenvalue is infinite: "
-                    "left out; --mass exact counts them",
-                    spectrum.massless == 1 ? "1 field rotates" : fmt::format("{} fields rotate", spectrum.massless),
-                    spectrum.massless == 1 ? "has" : "have"));
+        fmt::format("{} about the middles of all triangles and {} no mass in one point each, so the eigenvalue is "
+                    "infinite: left out; --mass exact counts them",
+                    count == 1 ? "1 field rotates" : fmt::format("{} fields rotate", count),
+                    count == 1 ? "has" : "have"));
   run.print(text);
 }
 
@@ -211,8 +212,8 @@ Verb spectrum_verb() {
                      "circumcentric-as-printed",
              .details =
                  "circumcentric: on the Delaunay triangulation of the surface, which converges. "
-                 "barycentric: on the mesh as it is, as published, which does not. circumcentric-as-printed: on the mesh as "
-                 "it is too, to compare with: edges that are not Delaunay have negative weights, and eigenvalues may "
+                 "barycentric: on the mesh as it is, as published, which does not. circumcentric-as-printed: on the mesh "
+                 "as it is too, to compare with: edges that are not Delaunay have negative weights, and eigenvalues may "
                  "be negative; refused where two triangles lie on one circle."});
   table.add({.name = "mass",
              .type = Type::choice,
@@ -220,8 +221,8 @@ Verb spectrum_verb() {
              .choices = {"exact", "one-point"},
              .group = "Spectrum",
              .help = "how the squares of fields are integrated, for --basis whitney",
-             .details = "one-point: by the value in the middle of each triangle, as published, to compare with: rotations "
-                        "about it have no mass."});
+             .details = "one-point: by the value in the middle of each triangle, as published, to compare with: "
+                        "rotations about it have no mass."});
   table.add({.name = "output",
              .letter = 'o',
              .type = Type::path,

@@ -133,8 +133,8 @@ class Spectrum {
               Kept(each_twice(with_area(shapes_))), [](const Vector& x) { return x; });
       } catch (const SolverError& error) {
         if (!printed) throw;
-        throw SolverError(fmt::format("{} of {} edges are not Delaunay, so that circumcentres as printed give them negative "
-                                      "weights, and the form is no smoothness: {}",
+        throw SolverError(fmt::format("{} of {} edges are not Delaunay, so that circumcentres as printed give them "
+                                      "negative weights, and the form is no smoothness: {}",
                                       weights.negative, weights.edges, error.what()));
       }
       return;

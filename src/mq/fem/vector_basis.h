@@ -44,13 +44,13 @@ enum class WhitneyMass {
 ///
 ///     ⟨ω, M_exact·ω⟩ − ⟨ω, M_one·ω⟩ = Σ_t (a² + b² + c²)/(144 |t|) (d₁ω)_t²:
 ///
-/// the one-point rule is exact for fields constant in triangles, and what it loses is (a² + b² + c²)/144 times curl², of
-/// the second order. It is singular where fields do nothing but rotate (`massless_rotations`).
+/// the one-point rule is exact for fields constant in triangles, and what it loses is (a² + b² + c²)/144 times curl²,
+/// of the second order. It is singular where fields do nothing but rotate (`massless_rotations`).
 SparseMatrix whitney_mass(const Edges& edges, const std::vector<FlatTriangle>& shapes,
                           WhitneyMass how = WhitneyMass::exact);
 
-/// The dimension of the null space of `WhitneyMass::one_point`: ω is ±c_t on the edges of triangle t and vanishes in its
-/// middle, so that neighbours turn opposite ways; one for each component (joined through edges) whose triangles can be
+/// The dimension of the null space of `WhitneyMass::one_point`: ω is ±c_t on the edges of triangle t and vanishes in
+/// its middle, so that neighbours turn opposite ways; one for each component (joined through edges) whose triangles can be
 /// coloured black and white such that no two of one colour share an edge. All grids cut along diagonals can; no surface
 /// with an inner vertex of odd degree.
 int massless_rotations(const Edges& edges, const std::vector<FlatTriangle>& shapes);

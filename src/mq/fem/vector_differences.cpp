@@ -77,8 +77,8 @@ SparseMatrix vector_differences(const Surface& surface, const std::vector<FlatTr
   if (centre == DualCentre::circumcentre_as_printed) {
     const DualWeights found = dual_weights(surface, shapes);
     require(found.on_a_circle == 0,
-            fmt::format("{} of {} edges lie between two triangles on one circle, whose weight by circumcentres as printed is "
-                        "infinite; circumcentric weights on Delaunay triangles are bounded",
+            fmt::format("{} of {} edges lie between two triangles on one circle, whose weight by circumcentres as printed "
+                        "is infinite; circumcentric weights on Delaunay triangles are bounded",
                         found.on_a_circle, found.edges));
   }
   Entries entries;

@@ -65,7 +65,7 @@ struct MeshFlowOptions : FlowOptions {
   FlowBasis basis = FlowBasis::vertex;
   FlowSolver solver = FlowSolver::hierarchical;
   int levels =
-      0;  ///< 0: as many as lie between; else exactly so many from `largest` on, all smoothed
+      0;  ///< 0: as many as lie between; else so many from `largest` on, all smoothed, but none below `smallest`
   /// At how many places, at least, errors of fields on coarser meshes are taken, see `MeshFlow`.
   int probes = 25000;
   std::optional<ThesisFlow> thesis;

@@ -26,8 +26,8 @@ struct VectorField {
 /// mesh, values that are not finite, no such properties, faces that are not triangles.
 VectorField read_vector_field(const std::filesystem::path& path, const Mesh& mesh);
 
-/// Writes values at vertices as .ply with its mesh, doubles throughout, as `quality`, which MeshLab shows as colours; and
-/// where there are some, one per vertex, with these colours for all other programs. Throws `IoError`.
+/// Writes values at vertices as .ply with its mesh, doubles throughout, as `quality`, which MeshLab shows as colours;
+/// and where there are some, one per vertex, with these colours for all other programs. Throws `IoError`.
 void write_vertex_values(const std::filesystem::path& path, const Mesh& mesh, std::span<const double> values,
                          std::span<const Colour> colours = {});
 

@@ -12,8 +12,8 @@
 /// is about its first eigenvalue, which makes a shift neither too small for the accuracy of the
 /// others nor too large to tell them apart.
 ///
-/// Vectors x without mass, B·x = 0, are no eigenvectors of OP but for θ = 0, and the range of OP has none of them: a first
-/// block taken from there keeps V out of them, and OP·x/θ takes out what rounding brought back (Nour-Omid, Parlett,
+/// Vectors x without mass, B·x = 0, are no eigenvectors of OP but for θ = 0, and the range of OP has none of them: a
+/// first block taken from there keeps V out of them, and OP·x/θ takes out what rounding brought back (Nour-Omid, Parlett,
 /// Ericsson and Jensen, How to implement the spectral transformation, 1987).
 
 #include "mq/linear/eigen.h"
@@ -56,7 +56,7 @@ double shift_for(const SparseMatrix& A, const SparseMatrix& B) {
   return -(trace > 0 ? trace / double(A.rows()) : 1) / B.diagonal().sum();
 }
 
-/// Times σ is lowered fourfold, by 10¹²; and times the step is halved then, to less than 5 % above the lowest eigenvalue,
+/// Times σ is lowered fourfold, by 10¹²; and times the step is halved then, to within 5 % of the lowest eigenvalue,
 /// as those that lie close to each other are told apart by a near shift alone.
 constexpr int most_shifts = 20, halvings = 6;
 

@@ -32,7 +32,8 @@ struct EigenOptions {
 /// multiplicity up to the block's size, null spaces among them, are found whole, which a single
 /// starting vector cannot promise. Costs one factorisation and about 3·count solves, storage for as
 /// many vectors. Of `Pencil::any` σ is lowered fourfold until A − σB is definite, which proves that there is no λ
-/// below, and brought near to the lowest by halving the last step (up to 27 factorisations in all); vectors without mass, whose λ is infinite, are left out. Matrices of up to 800 rows are decomposed as dense ones. Deterministic. Throws
+/// below, and brought near to the lowest by halving the last step (up to 27 factorisations in all); vectors without mass,
+/// whose λ is infinite, are left out. Matrices of up to 800 rows are decomposed as dense ones. Deterministic. Throws
 /// `InvalidInput` on sizes that do not fit, `NotPositiveDefinite`, and `SolverError` where
 /// 20·count + 400 vectors did not suffice, or fewer λ than `count` are finite.
 EigenPairs smallest_eigenpairs(const SparseMatrix& A, const SparseMatrix& B,

@@ -70,8 +70,8 @@ ShockedModel shock_signal(const TexturedModel& model, const ModelSignal& signal,
                           const Progress& progress = {});
 
 /// −∇P of a potential per unknown of this signal, along which paths run (thesis 3.4.1), in its unit over length. At
-/// vertices constant on each triangle, as paths have it. Of texels a vector around each, the mean of those in its cells,
-/// which are what paths follow; and per triangle the mean of these.
+/// vertices constant on each triangle, as paths have it. Of texels a vector around each, the mean of those in its
+/// cells, which are what paths follow; and per triangle the mean of these.
 ModelField downhill_field(const TexturedModel& model, const ModelSignal& signal, const Vector& potential);
 
 /// The shape sharpened: `sharpen_shape`. Lengths are not in texels.

@@ -54,16 +54,16 @@ void add_shock_output_options(OptionTable& table) {
              .metavar = "FILE",
              .group = "Output",
              .help = "the potential that paths run down, P = 1/2 |gradient|^2 smoothed: how strong edges are",
-             .details = "Of pictures and textures a picture: numbers in .exr and .tif, colours elsewhere, the brightest "
-                        "from the strongest 1 % on. At vertices, and of shapes, a .ply with P as their quality, and in "
+             .details = "Of pictures and textures a picture: numbers in .exr and .tif, colours elsewhere, the "
+                        "brightest from the strongest 1 % on. At vertices, and of shapes, a .ply with P as their quality, and in "
                         "colours. P is in squared values over squared length: pixels, or model units."});
   table.add({.name = "write-field",
              .type = Option::Type::path,
              .metavar = "FILE",
              .group = "Output",
              .help = "the field along which paths run, minus the gradient of P, as lic --field takes it",
-             .details = "A .ply with vx, vy, vz at its faces or a .vf; of pictures and textures also a picture, a map of "
-                        "directions in red and green, and in blue of lengths, 1 from the strongest tenth on."});
+             .details = "A .ply with vx, vy, vz at its faces or a .vf; of pictures and textures also a picture, a map "
+                        "of directions in red and green, and in blue of lengths, 1 from the strongest tenth on."});
 }
 
 ShockOutputs::ShockOutputs(Run& run, const Model& model, At at, const std::vector<fs::path>& results) {
@@ -75,7 +75,8 @@ ShockOutputs::ShockOutputs(Run& run, const Model& model, At at, const std::vecto
             fmt::format("--{}: it is of one signal, and several slots are worked on: take them one by one", option));
   const auto unfit = [&](const char* option, const std::string& name, const char* wanted) {
     return fmt::format("--{}: found '{}', and {}: wanted {}", option, name,
-                       at == At::vertices ? "what is worked on are vertices" : "what is worked on are pictures", wanted);
+                       at == At::vertices ? "what is worked on are vertices" : "what is worked on are pictures",
+                       wanted);
   };
   if (!potential.empty() && at == At::vertices) {
     require(lower_extension(potential) == ".ply", unfit("write-potential", potential, ".ply"));
@@ -97,7 +98,8 @@ ShockOutputs::ShockOutputs(Run& run, const Model& model, At at, const std::vecto
   std::vector<fs::path> all = results;
   for (const fs::path& path : paths()) {
     require(std::ranges::find(all, path) == all.end(),
-            path.string() + ": would be written twice: give --output, --write-potential and --write-field names of their own");
+            path.string() + ": would be written twice: give --output, --write-potential and --write-field names of "
+                            "their own");
     all.push_back(path);
   }
   if (wanted()) run.will_write(paths());
@@ -130,7 +132,8 @@ void ShockOutputs::write_potential(Run& run, const TexturedModel& scene, const M
   write_vertex_values(values_, scene.model.mesh, std::span(values.data(), std::size_t(values.size())), colours);
 }
 
-void ShockOutputs::write(Run& run, const TexturedModel& scene, const ModelSignal& signal, const Vector& potential) const {
+void ShockOutputs::write(Run& run, const TexturedModel& scene, const ModelSignal& signal,
+                         const Vector& potential) const {
   if (potential_ || !values_.empty()) write_potential(run, scene, signal, potential);
   if (!vectors_ && !map_) return;
   ModelField field = downhill_field(scene, signal, potential);

@@ -18,8 +18,8 @@ class ShockOutputs {
  public:
   enum class At { texels, vertices };
 
-  /// Says which files will be written. Throws `InvalidInput` where names do not fit what is worked on, where one of them
-  /// is among `results`, and for several slots, of which each would write the same.
+  /// Says which files will be written. Throws `InvalidInput` where names do not fit what is worked on, where one of
+  /// them is among `results`, and for several slots, of which each would write the same.
   ShockOutputs(Run& run, const Model& model, At at, const std::vector<std::filesystem::path>& results);
 
   bool wanted() const { return potential_ || vectors_ || map_ || !values_.empty(); }

@@ -9,6 +9,12 @@
 
 namespace mq {
 
+namespace {
+
+constexpr double length_rounding = 1e-9;  // of lengths that users give as they read them
+
+}  // namespace
+
 void require_options(const MeshFlowOptions& options) {
   require(options.levels >= 0 && options.levels <= 64 && options.steps > 0,
           fmt::format("{} levels of {} steps were wanted; 0 to 64 levels of at least one step are "
@@ -35,8 +41,8 @@ std::vector<FlowScale> surface_scales(const MeshFlowOptions& options, const Surf
   require(
       smallest <= largest,
       fmt::format("the smallest length, {:.4g}, is above the largest, {:.4g}", smallest, largest));
+  if (options.levels > 0) return halved_scales(largest, (1 - length_rounding) * smallest, options.levels);
   if (smallest == 0) smallest = last * spacing;
-  if (options.levels > 0) return halved_scales(largest, 0, options.levels);
   const double shown = std::max(1.5 * smallest, 2.5 * spacing);
   std::vector<FlowScale> scales = halved_scales(largest, shown);
   scales.push_back({std::min(largest, smallest), FlowScale::Signals::unsmoothed});
