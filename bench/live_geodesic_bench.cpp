@@ -2,16 +2,18 @@
 /// `GeodesicDistance`, after a jump and while the source moves.
 ///
 ///     live_geodesic_bench [MODEL [TEXELS [THREADS]]]
+///     live_geodesic_bench pictures FOLDER
 ///
-/// MODEL is a sample. Errors are in per cent: the mean and the root mean square over all texels and the largest, of
+/// The second writes textures of the sample bust with the distances of some frames after a jump. MODEL is a sample.
+/// Errors are in per cent: the mean and the root mean square over all texels and the largest, of
 /// the distance that is exact on average; and the largest of a texel's own distance beyond a tenth of the farthest.
-/// The published method is compared with where it ends too ("own"). Times are the best of several rounds; they
-/// are said as parts of a full solution and of copying a signal of the size, both timed beside them, too.
+/// The published method is compared with where it ends too. Times are the best of several rounds, said also as
+/// parts of a full solution and of a copy of a signal, which are timed beside them.
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <map>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,7 +22,9 @@
 #include <tbb/global_control.h>
 
 #include "mq/base/stopwatch.h"
+#include "mq/draw/false_colour.h"
 #include "mq/filter/live_geodesic.h"
+#include "mq/io/model.h"
 #include "mq/sample/sample.h"
 
 namespace mq {
@@ -111,8 +115,7 @@ class Bench {
  private:
   std::vector<GeodesicSource> source(int unknown) const { return {{unknown, 0, positions_[std::size_t(unknown)]}}; }
   std::string time(double seconds) const {
-    return fmt::format("{:7.1f} ms ({:4.1f} % of a full solution, {:3.0f} copies)", 1e3 * seconds,
-                       100 * seconds / full_, seconds / copy_);
+    return fmt::format("{:6.1f} ms {:5.1f} % {:4.0f} x", 1e3 * seconds, 100 * seconds / full_, seconds / copy_);
   }
   /// Texels along a way over the surface, some spacings from each to the next.
   std::vector<int> way(double spacings, int count) const;
@@ -163,11 +166,11 @@ void Bench::jump(Method method, int frames, int most_nodes) {
     own = live.distance();
   }
   double sum = 0;
-  fmt::print(" frame part              time                                                since    mean      rms     most  most of own{}\n",
-             own.size() > 0 ? "; of where it ends: the same" : "");
+  fmt::print(" frame part       time, of a full solution, copies; since     mean      rms     most of own{}\n",
+             own.size() > 0 ? ";     of where it ends" : "");
   for (std::size_t f = 0; f < seconds.size() && parts[f] != Part::rest; ++f) {
     sum += seconds[f];
-    fmt::print("  {:3d}  {:10s} {} {:7.0f} ms {}", f + 1, word(parts[f]), time(seconds[f]), 1e3 * sum,
+    fmt::print("  {:3d}  {:10s} {} {:6.0f} ms {}", f + 1, word(parts[f]), time(seconds[f]), 1e3 * sum,
                shown[f].size() > 0 ? words(error_of(shown[f], exact)) : "");
     if (own.size() > 0) fmt::print(" {}", words(error_of(shown[f], own)));
     fmt::print("\n");
@@ -195,9 +198,41 @@ void Bench::drag(Method method, double texels_per_frame, int frames, int most_no
              std::max(worst.most_of_own, e.most_of_own)};
   }
   std::ranges::sort(seconds);
-  fmt::print("  {} texels a frame, {} frames: median {}, worst {:.1f} ms: {:.0f} frames per second\n", texels_per_frame,
+  fmt::print("  {} texels a frame, {} frames: median {}; worst {:.1f} ms; {:.0f} frames per second\n", texels_per_frame,
              frames, time(seconds[seconds.size() / 2]), 1e3 * seconds.back(), 1 / seconds[seconds.size() / 2]);
   fmt::print("    mean {:.3f} rms {:.3f}; of the worst frame {}\n", mean.mean, mean.rms, words(worst));
+}
+
+/// What Figure 5.17 of the thesis shows of both methods: the place, the frames and the sources before and after.
+void write_pictures(const std::filesystem::path& folder) {
+  const Sample sample = make_sample("bust", {.texture_size = 1024, .seed = 0});  // as `marquetry sample` does
+  const Surface surface = make_surface(sample.mesh);
+  const Atlas atlas = make_atlas(surface, {sample.texture});
+  const TexelSpace space(surface, atlas);
+  const std::vector<Vector3> positions = space.positions();
+  const auto source = [&](const Vector3& place) -> std::vector<GeodesicSource> {
+    const auto nearest = std::ranges::min_element(positions, {}, [&](const Vector3& p) { return (p - place).squaredNorm(); });
+    return {{int(nearest - positions.begin()), 0, *nearest}};
+  };
+  const Vector exact = GeodesicDistance(space).from(source({0, 0.3, 1})).distance;
+  const DistanceColours scale{.most = exact.maxCoeff(), .lines = 24, .line_width = 1.5 * space.scale().texel_spacing};
+  const auto write = [&](const std::string& name, const Vector& distance) {
+    std::vector<Image<float>> pictures = {Image<float>(1024, 1024, 3)};
+    space.scatter(distance_colours(distance.cwiseMax(0), scale), pictures);
+    write_image(folder / (name + ".png"), pictures.front());
+  };
+  for (const Method method : {Method::published, Method::progressive}) {
+    LiveGeodesic live(space, {.method = method});
+    live.move(source({1, -0.3, 0}));
+    for (int k = 0; k < 3; ++k) live.step();
+    live.move(source({0, 0.3, 1}));
+    for (int frame = 1; frame <= 8; ++frame) {
+      live.step();
+      if (frame == 1 || frame == 2 || frame == 4 || frame == 8)
+        write(fmt::format("{}_{}", method == Method::published ? "published" : "progressive", frame), live.distance());
+    }
+  }
+  write("exact", exact);
 }
 
 }  // namespace
@@ -206,11 +241,15 @@ void Bench::drag(Method method, double texels_per_frame, int frames, int most_no
 int main(int argc, char** argv) {
   using Method = mq::LiveGeodesicOptions::Method;
   const std::string name = argc > 1 ? argv[1] : "bust";
+  if (name == "pictures" && argc > 2) {
+    mq::write_pictures(argv[2]);
+    return 0;
+  }
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, argc > 3 ? std::atoi(argv[3]) : 2);
   const auto model = mq::make(name, argc > 2 ? std::atof(argv[2]) : 670'000);
   fmt::print("{}: ", name);
   mq::Bench bench(*model->space);
-  for (const int nodes : {200'000, 40'000}) {
+  for (const int nodes : {mq::LiveGeodesicOptions{}.most_front_nodes, 200'000}) {
     fmt::print("progressive, fronts of at most {} nodes, after a jump:\n", nodes);
     bench.jump(Method::progressive, 60, nodes);
     fmt::print("progressive, dragged:\n");

@@ -58,11 +58,14 @@ void LiveColours::show(const Vector& distance, const DistanceColours& scale, Col
   parallel_for(size + 1, [&](std::int64_t i) { table[std::size_t(i)] = distance_colour(double(i) * scale.most / size, scale); });
   table.back() = distance_colour(std::nan(""), scale);
   const double steps = size / scale.most;
+  place_.resize(unknown_.size());
+  parallel_for(std::ssize(unknown_), [&](std::int64_t k) {
+    const double d = distance[unknown_[std::size_t(k)]];
+    place_[std::size_t(k)] = d <= scale.most ? int(d * steps + 0.5) : std::isfinite(d) ? size : size + 1;
+  });
   const auto lock = pictures_->lock();
   pictures_->change(texels_, [&](std::int64_t k, int c) {
-    const double d = distance[unknown_[std::size_t(k)]];
-    const int at = std::isfinite(d) ? std::min(size, int(std::lround(d * steps))) : size + 1;
-    return table[std::size_t(at)][std::size_t(c)];
+    return table[std::size_t(place_[std::size_t(k)])][std::size_t(c)];
   });
 }
 

@@ -31,6 +31,7 @@ class LiveColours {
   std::shared_ptr<TextureSet> pictures_;
   Texels texels_;             ///< places only: what pictures show of the signal
   std::vector<int> unknown_;  ///< of each of them
+  std::vector<int> place_;    ///< of their distances in a table of colours
 };
 
 }  // namespace mq::view

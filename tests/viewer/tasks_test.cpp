@@ -287,6 +287,30 @@ TEST(Measuring, SaysHowFarAPlaceIs) {
   EXPECT_NEAR(tool["reading"].get<double>(), along, 0.03 * along);
 }
 
+/// With the front of each place while the mouse is dragged, and at last with what the verb finds.
+TEST(Measuring, FollowsTheMouse) {
+  const Folder folder;
+  write_sphere(folder, "128");
+  const std::string begin = "task measure\nview front\nset isolines 6\n";
+  const Result dragged = view(folder,
+                              begin + "source 0,0,1\nwait\ndrag surface 170 210 180 215 190 220 200 230 210 240\n"
+                                      "wait\npicture dragged.png atlas\ncopy-command command.txt\n",
+                              {"sphere.obj"});
+  ASSERT_EQ(dragged.status, 0) << dragged.error;
+  const auto tool = dragged.json()["result"]["tool"];
+  EXPECT_GE(tool["live_seconds"].size(), 2U);  // of the first place, and of one at least on the way
+  EXPECT_EQ(tool["live_seconds"].size(), tool["front_seconds"].size());
+  EXPECT_EQ(tool["stages"].size(), 1U);
+  const std::string command = file_bytes(folder / "command.txt");
+  const std::size_t at = command.find("--from=") + 7;
+  const Result placed = view(folder,
+                             begin + "source " + command.substr(at, command.find(' ', at) - at) +
+                                 "\nwait\npicture placed.png atlas\n",
+                             {"sphere.obj"});
+  ASSERT_EQ(placed.status, 0) << placed.error;
+  EXPECT_EQ(differing(picture(folder, "dragged.png"), picture(folder, "placed.png")), 0);
+}
+
 TEST(Keys, DoWhatTheListSays) {
   const Folder folder;
   write_sphere(folder, "64");
