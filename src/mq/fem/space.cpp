@@ -1,5 +1,7 @@
 #include "mq/fem/space.h"
 
+#include <cmath>
+
 #include "mq/base/error.h"
 #include "mq/linear/direct_solver.h"
 
@@ -7,9 +9,10 @@ namespace mq {
 
 namespace {
 
-/// Entries of the factor per entry of A up to which a factorisation is worth it: surfaces need five to fifteen. Where
-/// thousands of charts share their texels everything meets everything, and it would take minutes.
-constexpr double most_fill = 40;
+/// Operations up to which a factorisation is worth it, by the squares of the factor's columns: a second or so. Surfaces need
+/// a tenth at `most_for_factorisation`. Where thousands of charts share their texels everything meets everything, and it
+/// would take minutes.
+constexpr double most_operations = 4e9;
 
 }  // namespace
 
@@ -17,7 +20,8 @@ SolverFactory SignalSpace::solver(const StoppingRule& stop) const {
   if (size() > most_for_factorisation) return multigrid(stop);
   return [cycles = multigrid(stop)](const SparseMatrix& A, const Progress& progress) -> std::unique_ptr<LinearSolver> {
     try {
-      return direct_solver(Factorisation::automatic, std::int64_t(most_fill * double(A.nonZeros())))(A, progress);
+      const auto most_entries = std::int64_t(std::sqrt(most_operations * double(A.rows())));
+      return direct_solver(Factorisation::automatic, most_entries)(A, progress);
     } catch (const OutOfMemory&) {
       return cycles(A, progress);
     }
