@@ -20,7 +20,7 @@ struct LiveGeodesicOptions {
   GeodesicOptions geodesic = {};  ///< of `progressive`
   double published_alpha = 1e-3;  ///< of `published`: t over the area of the surface
 
-  /// Of `progressive`: the front runs on the first level with no more nodes than this. 200,000 take 20 ms.
+  /// Of `progressive`: the front runs on the first level with no more nodes than this: 27,000 take 19 ms.
   int most_front_nodes = 50'000;
 };
 
