@@ -3,6 +3,9 @@
 //     seam_basis_bench                errors of a solution by the size of the texture, and what nodes near seams cost
 //     seam_basis_bench PICTURE.png    functions of a texel inside of a chart and of one beside it, bilinear, of quadratics
 //                                     summed and averaged, and ours (Figure 5.2 of the thesis)
+//     seam_basis_bench spot PICTURE.png
+//                                     a spot that spreads far, and a little, over a seam that is penalised a little, much, and
+//                                     by our functions, as graphics cards show it (Figure 5.5); how far each is off
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
@@ -12,6 +15,7 @@
 #include <map>
 #include <numbers>
 #include <string>
+#include <tuple>
 
 #include "fem/cut_squares.h"
 #include "mq/base/error.h"
@@ -133,18 +137,29 @@ Mesh strip() {
   return mesh;
 }
 
-/// A function over a square of the strip around the seam: black 0, bright 1, red below 0, with the seam as a line.
-void draw(const Evaluate& evaluate, int unknown, Image<float>& picture, int left, int top, int side) {
+/// The triangle of the strip and the place in it of a point.
+std::pair<int, Vector3> place_on_strip(double s, double t) {
+  const int k = s < 1 ? 0 : 1;
+  const double u = s - k;
+  return {2 * k + (t > u), t > u ? Vector3(1 - t, u, t - u) : Vector3(1 - u, u - t, t)};
+}
+
+constexpr int side = 220, gap = 10;
+
+Image<float> panels(int columns, int rows) {
+  Image<float> picture(columns * side + (columns + 1) * gap, rows * side + (rows + 1) * gap, 3);
+  std::ranges::fill(picture.values(), 1.0F);
+  return picture;
+}
+
+/// A square of the strip around the seam, by values there: black 0, bright 1, red below 0, with the seam as a line.
+void draw(const std::function<double(int, const Vector3&)>& value_at, Image<float>& picture, int column, int row) {
+  const int left = gap + column * (side + gap), top = gap + row * (side + gap);
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) {
       const double s = 0.6 + 0.7 * (x + 0.5) / side, t = 0.85 - 0.7 * (y + 0.5) / side;
-      const int k = s < 1 ? 0 : 1;
-      const double u = s - k;
-      const int triangle = 2 * k + (t > u);
-      const Vector3 place = t > u ? Vector3(1 - t, u, t - u) : Vector3(1 - u, u - t, t);
-      double value = 0;
-      for (const auto& [n, at] : evaluate(triangle, place))
-        if (n == unknown) value += at;
+      const auto [triangle, place] = place_on_strip(s, t);
+      const double value = value_at(triangle, place);
       const float bright = float(std::clamp(value, 0.0, 1.0)), dark = float(std::clamp(-4 * value, 0.0, 1.0));
       const bool seam = std::abs(s - 1) < 0.35 / side;
       picture(left + x, top + y, 0) = seam ? 0.5F : 0.08F + 0.92F * std::max(bright, dark);
@@ -153,16 +168,30 @@ void draw(const Evaluate& evaluate, int unknown, Image<float>& picture, int left
     }
 }
 
+void draw(const Evaluate& evaluate, int unknown, Image<float>& picture, int column, int row) {
+  draw(
+      [&](int triangle, const Vector3& place) {
+        double value = 0;
+        for (const auto& [n, at] : evaluate(triangle, place))
+          if (n == unknown) value += at;
+        return value;
+      },
+      picture, column, row);
+}
+
+TexelSpaceOptions soft_seams(double penalty) {
+  TexelSpaceOptions options;
+  options.seams = TexelSpaceOptions::Seams::soft;
+  options.seam_penalty = penalty;
+  return options;
+}
+
 void draw_functions(const std::string& file) {
   const Surface surface = make_surface(strip());
   const Atlas atlas = make_atlas(surface, {{24, 24}});
-  TexelSpaceOptions soft;
-  soft.seams = TexelSpaceOptions::Seams::soft;
-  const TexelSpace ours(surface, atlas), bilinear(surface, atlas, soft);
+  const TexelSpace ours(surface, atlas), bilinear(surface, atlas, soft_seams(0));
   const QuadraticSeamBasis mean(surface, atlas), sum(surface, atlas, QuadraticSeamBasis::Values::sum);
-  constexpr int side = 220, gap = 10;
-  Image<float> picture(4 * side + 5 * gap, 2 * side + 3 * gap, 3);
-  std::ranges::fill(picture.values(), 1.0F);
+  Image<float> picture = panels(4, 2);
   // The chart begins at 0.06 · 24 − ½ = 0.94 and ends at 0.94 + 6.72 = 7.66 texels: 6 is inside, 8 beside it.
   int row = 0;
   for (const std::array<int, 3>& texel : {std::array{0, 6, 13}, {0, 8, 13}}) {
@@ -176,11 +205,78 @@ void draw_functions(const std::string& file) {
     const auto of_basis = [&](const QuadraticSeamBasis& basis) {
       return int(std::ranges::find(basis.texels(), texel) - basis.texels().begin());
     };
-    const int top = gap + row++ * (side + gap);
-    draw([&](int t, const Vector3& p) { return bilinear.basis_at(t, p); }, of_space(bilinear), picture, gap, top, side);
-    draw([&](int t, const Vector3& p) { return sum.basis_at(t, p); }, of_basis(sum), picture, 2 * gap + side, top, side);
-    draw([&](int t, const Vector3& p) { return mean.basis_at(t, p); }, of_basis(mean), picture, 3 * gap + 2 * side, top, side);
-    draw([&](int t, const Vector3& p) { return ours.basis_at(t, p); }, of_space(ours), picture, 4 * gap + 3 * side, top, side);
+    draw([&](int t, const Vector3& p) { return bilinear.basis_at(t, p); }, of_space(bilinear), picture, 0, row);
+    draw([&](int t, const Vector3& p) { return sum.basis_at(t, p); }, of_basis(sum), picture, 1, row);
+    draw([&](int t, const Vector3& p) { return mean.basis_at(t, p); }, of_basis(mean), picture, 2, row);
+    draw([&](int t, const Vector3& p) { return ours.basis_at(t, p); }, of_space(ours), picture, 3, row);
+    ++row;
+  }
+  write_image(file, picture, Depth::u8);
+}
+
+/// A unit of heat at (0.9, 0.5) of the strip after it has spread over a length.
+Vector spread(const TexelSpace& space, double length) {
+  const auto [triangle, place] = place_on_strip(0.9, 0.5);
+  Vector b = Vector::Zero(space.size());
+  for (const auto& [n, value] : space.basis_at(triangle, place)) b[n] += value;
+  return DirectSolver(space.regularised_system(1, length * length)).solve(b);
+}
+
+/// Values at a point as a graphics card shows them: bilinear in each chart.
+double shown(const TexelSpace& bilinear, const TexelSpace& space, const Vector& phi, int triangle, const Vector3& place) {
+  double value = 0;
+  for (const auto& [n, at] : bilinear.basis_at(triangle, place)) {
+    const auto& texels = space.texels().places;
+    const Texels::Place& wanted = bilinear.texels().places[std::size_t(n)];
+    const auto raster = [](const Texels::Place& p) { return std::tuple(p.texture, p.y, p.x); };
+    const auto found = std::ranges::lower_bound(texels, raster(wanted), {}, raster);
+    if (found != texels.end() && raster(*found) == raster(wanted)) value += at * phi[found - texels.begin()];
+  }
+  return value;
+}
+
+void draw_spots(const std::string& file) {
+  const Surface surface = make_surface(strip());
+  const Atlas atlas = make_atlas(surface, {{40, 40}}), fine_atlas = make_atlas(surface, {{240, 240}});
+  const TexelSpace fine(surface, fine_atlas), bilinear(surface, atlas, soft_seams(0)), ours(surface, atlas);
+  const double h = ours.scale().texel_spacing;
+  const TexelSpace little(surface, atlas, soft_seams(0.01 / h)), much(surface, atlas, soft_seams(1000 / h));
+  Image<float> picture = panels(3, 2);
+  fmt::print("{:>10} {:>10} {:>10} {:>10}   of the largest: error, root mean square and largest over the seam\n", "length", "little", "much", "ours");
+  int row = 0;
+  for (const double length : {0.5, 2 * h}) {
+    const Vector reference = spread(fine, length);
+    double largest = 0;
+    const auto truth = [&](int t, const Vector3& p) {
+      double value = 0;
+      for (const auto& [n, at] : fine.basis_at(t, p)) value += at * reference[n];
+      return value;
+    };
+    for (int k = 0; k < 50; ++k) {
+      const auto [t, p] = place_on_strip(0.999, (k + 0.5) / 50);
+      largest = std::max(largest, truth(t, p));
+    }
+    fmt::print("{:>10.3g}", length);
+    int column = 0;
+    for (const TexelSpace* space : {&little, &much, &ours}) {
+      const Vector phi = spread(*space, length);
+      const auto value = [&](int t, const Vector3& p) { return shown(bilinear, *space, phi, t, p) / largest; };
+      double sum = 0, jump = 0;
+      int count = 0;
+      for (int i = 0; i < 60; ++i)
+        for (int j = 0; j < 60; ++j) {
+          const double s = 1 + 0.4 * (i + 0.5) / 60, t = 0.1 + 0.8 * (j + 0.5) / 60;  // behind the seam
+          const auto [triangle, place] = place_on_strip(s, t);
+          sum += std::pow(value(triangle, place) - truth(triangle, place) / largest, 2), ++count;
+          const auto [left, on_left] = place_on_strip(1 - 1e-9, t);
+          const auto [right, on_right] = place_on_strip(1 + 1e-9, t);
+          jump = std::max(jump, std::abs(value(left, on_left) - value(right, on_right)));
+        }
+      fmt::print(" {:>6.3f} {:.3f}", std::sqrt(sum / count), jump);
+      draw(value, picture, column++, row);
+    }
+    fmt::print("\n");
+    ++row;
   }
   write_image(file, picture, Depth::u8);
 }
@@ -190,7 +286,9 @@ void draw_functions(const std::string& file) {
 
 int main(int argc, char** argv) {
   try {
-    if (argc > 1)
+    if (argc > 2)
+      mq::draw_spots(argv[2]);
+    else if (argc > 1)
       mq::draw_functions(argv[1]);
     else
       mq::measure();

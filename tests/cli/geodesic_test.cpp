@@ -88,6 +88,32 @@ TEST(Geodesic, TakesSourcesFromAPicture) {
   EXPECT_THAT(none.error, HasSubstr("no texel of a chart is brighter than half"));
 }
 
+/// A strip whose right half is half as wide in the texture: 25.6 and 12.8 by 38.4 texels, as much area as two squares. By these
+/// it is √2 long.
+TEST(Geodesic, MeasuresInTheTextureWhenAskedTo) {
+  const Folder folder;
+  write_strip(folder);
+  std::string text = strip_obj;
+  for (const char* corner : {"vt 0.95 0.1", "vt 0.95 0.9"}) text.replace(text.find(corner), 7, "vt 0.75");
+  write_bytes(folder / "strip.obj", text);
+  Image<float> mask(64, 48, 1);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 4; ++x) mask(x, y) = 1;
+  write_image(folder / "mask.png", mask);
+  const auto most = [&](const char* metric) {
+    const Result result =
+        marquetry(folder, {"geodesic", "strip.obj", "--from-mask", "mask.png", "-o", "d.exr", "--overwrite", "--json", "--metric", metric});
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.json()["result"]["max"].get<double>();
+  };
+  EXPECT_NEAR(most("texture"), std::sqrt(2), 0.05);
+  EXPECT_NEAR(most("surface"), 2, 0.06);
+  write_bytes(folder / "fan.ply", coloured_ply);
+  const Result refused = marquetry(folder, {"geodesic", "fan.ply", "--from", "0,0,0", "-o", "d.ply", "--metric", "texture"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("--metric texture is of texels"));
+}
+
 /// A strip of 2 × 1/4 whose halves lie half a texel apart in the texture, one above the other.
 void write_halves(const Folder& folder) {
   write_bytes(folder / "halves.obj",

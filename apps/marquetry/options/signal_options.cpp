@@ -245,9 +245,10 @@ bool works_at_vertices(const OptionValues& options, const TexturedModel& model) 
 std::unique_ptr<ModelSignal> make_field_signal(Run& run, const TexturedModel& model,
                                                const Progress& progress,
                                                TextureSignalOptions::SharedTexels shared,
-                                               TextureSignalOptions::Pictures pictures) {
+                                               TextureSignalOptions::Pictures pictures,
+                                               const TexelSpaceOptions& space) {
   if (!works_at_vertices(run.options(), model))
-    return make_texture_signal(run, model, {.shared = shared, .pictures = pictures}, progress);
+    return make_texture_signal(run, model, {.space = space, .shared = shared, .pictures = pictures}, progress);
   std::unique_ptr<ModelSignal> signal;
   about(model.model, [&] { signal = std::make_unique<VertexColourSignal>(model); });
   return signal;

@@ -82,7 +82,8 @@ std::unique_ptr<ModelSignal> make_signal(Run& run, const TexturedModel& model,
 std::unique_ptr<ModelSignal> make_field_signal(
     Run& run, const TexturedModel& model, const Progress& progress,
     TextureSignalOptions::SharedTexels shared = TextureSignalOptions::SharedTexels::one_unknown,
-    TextureSignalOptions::Pictures pictures = TextureSignalOptions::Pictures::replaced);
+    TextureSignalOptions::Pictures pictures = TextureSignalOptions::Pictures::replaced,
+    const TexelSpaceOptions& space = {});
 
 /// Whether that will be vertices.
 bool works_at_vertices(const OptionValues& options, const TexturedModel& model);

@@ -8,6 +8,7 @@
 #include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/draw/false_colour.h"
+#include "mq/fem/field_metric.h"
 #include "mq/filter/geodesic.h"
 #include "mq/io/file_names.h"
 #include "mq/io/held_files.h"
@@ -35,6 +36,14 @@ Signal as_numbers(const Vector& distance, int channels) {
   return values;
 }
 
+bool by_texture(const OptionValues& options) { return options.text("metric") == "texture"; }
+
+TexelSpaceOptions asked_metric(const OptionValues& options, const TexturedModel& scene) {
+  TexelSpaceOptions space;
+  if (by_texture(options)) space.metrics = texel_metrics_of_plane(*scene.atlas);
+  return space;
+}
+
 Geodesic solve(Run& run, const ModelSignal& domain, const std::vector<GeodesicSource>& sources) {
   Geodesic found;
   solve_as_asked(run, domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
@@ -59,6 +68,7 @@ Exit geodesic(Run& run) {
           "PICTURE");
   TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.05);
   const bool vertices = works_at_vertices(options, scene);
+  require(!vertices || !by_texture(options), "--metric texture is of texels, and vertices are worked on");
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
@@ -70,11 +80,14 @@ Exit geodesic(Run& run) {
   std::unique_ptr<ModelSignal> domain;
   {
     const Step step(run, "assemble", 0.18);
-    domain = make_field_signal(run, scene, step, TextureSignalOptions::SharedTexels::one_for_each);
+    domain = make_field_signal(run, scene, step, TextureSignalOptions::SharedTexels::one_for_each,
+                               TextureSignalOptions::Pictures::replaced, asked_metric(options, scene));
   }
   Geodesic found;
   about(scene.model, [&] {
-    const std::vector<GeodesicSource> sources = sources_at(run, scene, *domain, places);
+    std::vector<GeodesicSource> sources = sources_at(run, scene, *domain, places);
+    if (by_texture(options))
+      for (GeodesicSource& source : sources) source.from.reset();  // a place in space, whose metric is another
     run.result["sources"] = sources.size();
     found = solve(run, *domain, sources);
   });
@@ -130,6 +143,13 @@ Verb geodesic_verb() {
              .group = "Distance",
              .help = "how long heat spreads, in squared texels",
              .details = "Longer is smoother and rounds off the lines where shortest paths meet."});
+  table.add({.name = "metric",
+             .type = Type::choice,
+             .default_value = "surface",
+             .choices = {"surface", "texture"},
+             .group = "Distance",
+             .help = "lengths are those on the surface, or those in the texture, to compare with",
+             .details = "texture: as if the charts were flat and sewn together, with as much area as the surface."});
   table.add({.name = "show",
              .type = Type::choice,
              .default_value = "automatic",

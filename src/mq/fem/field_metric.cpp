@@ -74,6 +74,13 @@ std::vector<TexelMetric> texel_metrics_across(const Surface& surface, const Atla
   return metrics;
 }
 
+std::vector<TexelMetric> texel_metrics_of_plane(const Atlas& atlas) {
+  std::vector<TexelMetric> metrics(atlas.chart.size());
+  for (std::size_t t = 0; t < metrics.size(); ++t)
+    if (atlas.chart[t] >= 0) metrics[t] = {.density = atlas.surface_area / atlas.texel_area, .a = 1, .b = 0, .c = 1};
+  return metrics;
+}
+
 std::vector<FlatTriangle> shapes_across(const Surface& surface, std::span<const Vector3> field,
                                         double kappa) {
   require_field(surface, field, kappa);

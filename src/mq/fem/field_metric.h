@@ -25,6 +25,10 @@ namespace mq {
 std::vector<TexelMetric> texel_metrics_across(const Surface& surface, const Atlas& atlas,
                                               std::span<const Vector3> field, double kappa);
 
+/// Per triangle the metric of the plane that its texture lies in, to compare with (thesis, Figure 5.6): all texels are squares of
+/// one size, such that the area is that of the surface. Triangles without a chart have none.
+std::vector<TexelMetric> texel_metrics_of_plane(const Atlas& atlas);
+
 /// For a vertex space.
 std::vector<FlatTriangle> shapes_across(const Surface& surface, std::span<const Vector3> field,
                                         double kappa);

@@ -158,7 +158,7 @@ std::vector<int> pixels_at_jumps(const Field& before, const Field& after) {
   const Eigen::Map<const Signal> values(before.values.data(), std::int64_t(before.width) * before.height,
                                         before.channels);
   const Signal least = least_jumps(values);
-  const auto far = [&](double a, double b, int c) { return std::abs(a - b) > least(0, c); };
+  const auto are_apart = [&](double a, double b, int c) { return std::abs(a - b) > least(0, c); };
   std::vector<char> jumps(std::size_t(before.width) * before.height);
   parallel_for(
       before.height,
@@ -169,8 +169,8 @@ std::vector<int> pixels_at_jumps(const Field& before, const Field& after) {
           for (int j = std::max(0, y - 1); j <= std::min(before.height - 1, y + 1); ++j)
             for (int i = std::max(0, x - 1); i <= std::min(before.width - 1, x + 1); ++i)
               for (int c = 0; c < before.channels; ++c) {
-                jump |= far(after(x, y, c), after(i, j, c), c);
-                changed |= far(before(i, j, c), after(i, j, c), c);
+                jump |= are_apart(after(x, y, c), after(i, j, c), c);
+                changed |= are_apart(before(i, j, c), after(i, j, c), c);
               }
           jumps[std::size_t(y) * before.width + x] = jump && changed;
         }
