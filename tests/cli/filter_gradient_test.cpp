@@ -100,6 +100,33 @@ TEST_F(FilterGradient, IsRefusedWhereItDoesNotFit) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out.exr"));
 }
 
+/// Fields of any length come back from .exr; 8 and 16 bits cut them, which is said.
+TEST_F(FilterGradient, TakesMapsAsLongAsTheyAre) {
+  write_field(3);
+  const auto ramp = [&](const char* field) {
+    const Result result = filter({"--gradient", field, "--gradient-scale", "0.01", "--alpha", "inf", "--tolerance", "1e-10"});
+    EXPECT_EQ(result.status, 0) << result.error;
+    EXPECT_EQ(result.error.find("have the length 1") != std::string::npos, std::string(field) == "map.png") << result.error;
+    return at(25, 24) - at(4, 24);
+  };
+  for (const char* map : {"map.exr", "map.png"})
+    ASSERT_EQ(marquetry(folder, {"fields", "strip.obj", "--field", "field.ply", "--strength", "kept", "-o", map}).status, 0);
+  const float whole = ramp("field.ply");
+  EXPECT_NEAR(whole, 0.03 * 21 / 25.6, 1e-4);
+  EXPECT_NEAR(ramp("map.exr"), whole, 0.01 * whole);
+  EXPECT_NEAR(ramp("map.png"), whole / 3, 0.01 * whole);
+}
+
+/// Colours of a table for pictures with alpha, which is none of them; several textures must be named.
+TEST_F(FilterGradient, LeavesAlphaAlone) {
+  write_image(folder / "strip.png", busy_picture(64, 48, 4));
+  write_bytes(folder / "wanted.csv", "column,row,to_column,to_row,r,g,b\n15,20,16,20,0,0.1,0.2\n");
+  ASSERT_EQ(filter({"--gradient", "wanted.csv", "--length", "3tx"}).status, 0);
+  const Image<float> before = read_texture(folder / "strip.png").pixels;
+  EXPECT_NE(at(15, 20, 1), before(15, 20, 1));
+  EXPECT_EQ(at(15, 20, 3), before(15, 20, 3));
+}
+
 TEST_F(FilterGradient, WorksOnColoursAtVertices) {
   write_bytes(folder / "fan.ply", coloured_ply);
   write_bytes(folder / "wanted.csv", "vertex,to_vertex,value\n0,1,0\n0,2,0\n0,3,0\n0,4,0\n");

@@ -48,6 +48,11 @@ TEST_F(EdgeTable, HoldsSeveralTexturesAndChannels) {
   EXPECT_EQ(table.words(table.pairs[0].from), "texture 1, column 2, row 3");
 }
 
+TEST_F(EdgeTable, IsReadAsSpreadsheetsWriteIt) {
+  EXPECT_EQ(read("\xEF\xBB\xBFvertex,to_vertex,value\r\n5,9,0.25\r\n").pairs.size(), 1U);
+  expect_refused("vertex,to_vertex,value\n1,2,1e300\n", "line 2: value: found \"1e300\", wanted a number of 1e+30 at most");
+}
+
 TEST_F(EdgeTable, HoldsPairsOfVertices) {
   const EdgeDifferences table = read("vertex,to_vertex,value\n5,9,0.25\n");
   EXPECT_EQ(table.at, EdgeDifferences::At::vertices);
@@ -61,7 +66,7 @@ TEST_F(EdgeTable, IsRefusedByLine) {
   expect_refused("vertex,to_vertex\n1,2\n", "wanted names of columns");
   expect_refused("vertex,to_vertex,value\n", "has no pairs");
   expect_refused("vertex,to_vertex,value\n1,2\n", "line 2: found 2 numbers, wanted 3");
-  expect_refused("vertex,to_vertex,value\n1,2,0\n1,two,0\n", "line 3: to_vertex: found \"two\", wanted a number");
+  expect_refused("vertex,to_vertex,value\n1,2,0\n1,two,0\n", "line 3: to_vertex: found \"two\", wanted a number of");
   expect_refused("vertex,to_vertex,value\n1,2,nan\n", "line 2: value: found \"nan\"");
   expect_refused("vertex,to_vertex,value\n1,2.5,0\n", "to_vertex: found 2.5, wanted a whole number");
   expect_refused("vertex,to_vertex,value\n-1,2,0\n", "vertex: found -1, wanted a whole number from 0");

@@ -26,13 +26,27 @@ double own_share(const OptionValues& options, double usual) {
   return options.has("beta") ? options.number("beta") : usual;
 }
 
+/// Maps without floating point hold no vectors longer than 1.
+void warn_of_cut_lengths(Run& run, const std::string& name, const ModelField& field) {
+  if (!names_picture(name) || holds_numbers(name)) return;
+  constexpr double noticed = 0.01;
+  Eigen::Index full = 0, count = field.texels.size() / 2;
+  for (Eigen::Index i = 0; i < count; ++i) full += field.texels.segment<2>(2 * i).norm() > 0.999;
+  if (double(full) > noticed * double(count))
+    run.terminal().warning(fmt::format("{}: {:.0f} % of its vectors have the length 1, the most that 8 and 16 bits hold: gradients that "
+                                       "were longer are cut; write it as .exr",
+                                       name, 100.0 * double(full) / double(count)));
+}
+
 Signal moments_of_table(const OptionValues& options, const TexturedModel& model, const ModelSignal& signal, const Signal& psi,
                         const std::string& file) {
   EdgeDifferences table = read_edge_differences(file);
   for (double& value : table.values) value *= options.number("gradient-scale");
-  Signal moments = gradient_moments(model, signal, psi, own_share(options, 1), table);
-  const Eigen::Index own = table.channels == 1 ? psi.cols() - channels_but_alpha(psi.cols()) : 0;
-  if (own > 0) moments.rightCols(own) = signal.space().stiffness_times(psi.rightCols(own));
+  const Eigen::Index colours = channels_but_alpha(psi.cols());
+  if (table.channels != 1 && table.channels != colours)
+    return gradient_moments(model, signal, psi, own_share(options, 1), table);
+  Signal moments = signal.space().stiffness_times(psi);
+  moments.leftCols(colours) = gradient_moments(model, signal, psi.leftCols(colours), own_share(options, 1), table);
   return moments;
 }
 
@@ -51,10 +65,10 @@ void add_gradient_options(OptionTable& table, const std::string& group) {
              .help = "the gradients wanted, instead of the texture's own times a factor",
              .details =
                  "A field in changes of value per model unit of length, of all colour channels alike, or given once for each. "
-                 "Files as of --field, vectors as long as they are. --beta adds the texture's own gradients times that, 0 "
+                 "Files as of --field, vectors as long as they are (in maps of 8 and 16 bits 1 at most; .exr holds more). --beta adds the texture's own gradients times that, 0 "
                  "without it. A .csv file holds differences from texel to texel or vertex to vertex, "
                  "column,row,to_column,to_row,value under a first line that says so (texture,...,to_texture,... for several "
-                 "textures; vertex,to_vertex,value), a value for all channels or one for each; places next to each other "
+                 "textures; vertex,to_vertex,value), a value for all colour channels or one for each; places next to each other "
                  "that it does not name keep their own difference times --beta, 1 without it."});
   table.add({.name = "gradient-scale",
              .type = Option::Type::number,
@@ -92,6 +106,7 @@ Signal asked_gradient_moments(Run& run, const TexturedModel& model, const ModelS
   for (Eigen::Index c = 0; c < changed; ++c) {
     if (c < count) {
       const ModelField field = found_field(run, model, signal, request_of(names[std::size_t(c)]), progress);
+      warn_of_cut_lengths(run, names[std::size_t(c)], field);
       found = options.number("gradient-scale") * gradient_moments(model, signal, field);
     }
     moments.col(c) += found;

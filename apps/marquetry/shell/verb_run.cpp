@@ -42,11 +42,11 @@ void check_frame_places(const OptionValues& options) {
                             "and taken whole; leave --frames out",
                             name));
   for (const Option& option : options.table().options())
-    if (option.name == "output" && options.has(option.name))
+    if ((option.name == "output" || option.name.starts_with("write-")) && options.has(option.name))
       require(has_frame_place(options.text(option.name)),
-              fmt::format("--output: with --frames the name needs a place for the number, such as "
+              fmt::format("--{}: with --frames the name needs a place for the number, such as "
                           "out_%04d.png; found '{}'",
-                          options.text(option.name)));
+                          option.name, options.text(option.name)));
 }
 
 /// Throws where what a frame works on is not there, before any of them is begun.

@@ -159,12 +159,14 @@ Exit fields(Run& run) {
   });
   if (outputs.maps || !outputs.folder.empty() || part != "whole") say_of_signs(run, request);
   const double beyond = map.values.rows() > 0 ? 100 * double(map.beyond) / double(map.values.rows()) : 0;
-  if (beyond >= 0.05)
+  const bool numbers = outputs.maps && holds_numbers(outputs.maps->paths().front());
+  if (beyond >= 0.05 && !numbers)
     run.terminal().remark(fmt::format("{:.1f} % of the texels have vectors longer than 1, which blue cannot say: --strength "
-                                      "scaled brings them to scale", beyond));
+                                      "scaled brings them to scale, and .exr holds them", beyond));
   const Step step(run, "write", 0.1);
   if (outputs.maps) {
-    signal->replace(map.values, Depth::u16, scene.model);
+    if (!numbers) map.values.col(2) = map.values.col(2).cwiseMin(1.0);
+    signal->replace(map.values, numbers ? Depth::f32 : Depth::u16, scene.model);
     write_outputs(run, *outputs.maps, std::move(scene.model), step);
   } else if (!outputs.folder.empty()) {
     write_folder(run, scene, outputs, field.field, parts);

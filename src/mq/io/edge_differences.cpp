@@ -30,6 +30,8 @@ const std::vector<Naming>& namings() {
   return known;
 }
 
+constexpr double largest = 1e30;  ///< sums of squares of more are no numbers
+
 std::string_view trimmed(std::string_view word) {
   const auto begin = word.find_first_not_of(" \t\r"), end = word.find_last_not_of(" \t\r");
   return begin == std::string_view::npos ? std::string_view() : word.substr(begin, end - begin + 1);
@@ -84,7 +86,9 @@ std::string EdgeDifferences::words(const Place& place) const {
 EdgeDifferences read_edge_differences(const std::filesystem::path& path) {
   const Bytes bytes = read_file(path);
   const std::string name = path.string();
-  Lines lines(text_of(bytes));
+  std::string_view text = text_of(bytes);
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // as spreadsheets begin a file
+  Lines lines(text);
   const std::optional<std::string_view> first = lines.next();
   const std::vector<std::string_view> head = split(first.value_or(""));
   const Naming* naming = naming_of(head);
@@ -94,7 +98,7 @@ EdgeDifferences read_edge_differences(const std::filesystem::path& path) {
                               "values as there are channels, or one for all",
                               name, std::max(lines.number(), 1), shown(first.value_or(""))));
   const std::size_t places = naming->columns.size();
-  EdgeDifferences table{.at = naming->at, .pairs = {}, .channels = int(head.size() - places), .values = {}};
+  EdgeDifferences table{.at = naming->at, .names_textures = naming->slots.size() == 6, .pairs = {}, .channels = int(head.size() - places), .values = {}};
   while (const std::optional<std::string_view> line = lines.next()) {
     const std::vector<std::string_view> words = split(*line);
     const std::string place = fmt::format("{}: line {}", name, lines.number());
@@ -104,8 +108,8 @@ EdgeDifferences read_edge_differences(const std::filesystem::path& path) {
     EdgeDifferences::Pair pair{.from = {}, .to = {}, .line = lines.number()};
     for (std::size_t k = 0; k < words.size(); ++k) {
       double value = 0;
-      if (!to_number(words[k], value) || !std::isfinite(value))
-        throw IoError(fmt::format("{}: {}: found {}, wanted a number", place, head[k], shown(words[k])));
+      if (!to_number(words[k], value) || !(std::abs(value) <= largest))
+        throw IoError(fmt::format("{}: {}: found {}, wanted a number of {} at most", place, head[k], shown(words[k]), largest));
       if (k >= places) {
         table.values.push_back(value);
         continue;

@@ -11,6 +11,7 @@ namespace mq {
 /// Pairs of texels or of vertices, and by how much values at the second are to be above those at the first.
 struct EdgeDifferences {
   enum class At { texels, vertices } at = At::texels;
+  bool names_textures = true;  ///< of texels; else all are of texture 0
 
   using Place = std::array<int, 3>;  ///< texture, column, row (0 on top); or vertex, 0, 0
   struct Pair {

@@ -51,7 +51,7 @@ FieldMap field_map(const TexturedModel& model, const ModelSignal& signal, const 
     const int chart = space.texels().chart[std::size_t(i)];
     if (length > 1e-9)
       map.values.row(i) << 0.5 + 0.5 * vector.real() / length, 0.5 + 0.5 * upward(atlas, chart) * vector.imag() / length,
-          std::min(length, 1.0);
+          length;
     else
       map.values.row(i) << 0.5, 0.5, 0;
   });

@@ -7,7 +7,7 @@ namespace mq {
 
 /// Three columns per texel, as `KHR_materials_anisotropy` has them: (x + 1)/2 and (y + 1)/2 of the unit direction in
 /// tangent space, x along growing u and y along growing v (up in the picture), at right angles to it; and the length of
-/// the vector, those above 1 being 1. A vector of no length is (½, ½, 0). Of the field's texels where it has some, else
+/// the vector, which formats without floating point cut at 1. A vector of no length is (½, ½, 0). Of the field's texels where it has some, else
 /// of its triangles. The signal must be one of texels, made of this model.
 struct FieldMap {
   Signal values;

@@ -108,6 +108,9 @@ Signal gradient_moments(const TexturedModel& model, const ModelSignal& signal, c
   require(of_texels == (signal.texel_space() != nullptr),
           fmt::format("the table of differences names {}, and what is worked on are {}", of_texels ? "texels" : "vertices",
                       of_texels ? "vertices" : "texels"));
+  require(table.names_textures || !of_texels || model.texture_sizes.size() == 1,
+          fmt::format("the table of differences names no textures, and the model has {}: wanted the columns "
+                      "texture,column,row,to_texture,to_column,to_row", model.texture_sizes.size()));
   require(table.channels == 1 || table.channels == psi.cols(),
           fmt::format("the table of differences has {}, wanted one, or one for each of {}", counted(table.channels, "value"),
                       counted(psi.cols(), "channel")));

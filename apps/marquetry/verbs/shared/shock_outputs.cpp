@@ -39,11 +39,13 @@ Vector at_vertices_of_file(const Surface& surface, const Vector& values) {
   return result;
 }
 
-/// Directions, and lengths as parts of the strongest.
-Signal map_of(const TexturedModel& scene, const ModelSignal& signal, ModelField field) {
+/// Directions, and lengths: as they are in formats of numbers, else as parts of the strongest.
+Signal map_of(const TexturedModel& scene, const ModelSignal& signal, ModelField field, Depth depth) {
   const double one = strength_of(scene.surface, field.field);
-  if (one > 0) field.texels /= one;
-  return field_map(scene, signal, field).values;
+  if (depth != Depth::f32 && one > 0) field.texels /= one;
+  Signal map = field_map(scene, signal, field).values;
+  if (depth != Depth::f32) map.col(2) = map.col(2).cwiseMin(1.0);
+  return map;
 }
 
 }  // namespace
@@ -63,7 +65,8 @@ void add_shock_output_options(OptionTable& table) {
              .group = "Output",
              .help = "the field along which paths run, minus the gradient of P, as lic --field takes it",
              .details = "A .ply with vx, vy, vz at its faces or a .vf; of pictures and textures also a picture, a map "
-                        "of directions in red and green, and in blue of lengths, 1 from the strongest tenth on."});
+                        "of directions in red and green, and in blue of lengths: as they are in .exr and .tif, elsewhere 1 from the strongest tenth on. In units "
+                        "of P over length."});
 }
 
 ShockOutputs::ShockOutputs(Run& run, const Model& model, At at, const std::vector<fs::path>& results) {
@@ -95,12 +98,14 @@ ShockOutputs::ShockOutputs(Run& run, const Model& model, At at, const std::vecto
     else
       map_.emplace(field, model, Outputs::Kind::pictures);
   }
-  std::vector<fs::path> all = results;
+  const auto file = [](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); };
+  std::vector<fs::path> all;
+  std::ranges::transform(results, std::back_inserter(all), file);
   for (const fs::path& path : paths()) {
-    require(std::ranges::find(all, path) == all.end(),
+    require(std::ranges::find(all, file(path)) == all.end(),
             path.string() + ": would be written twice: give --output, --write-potential and --write-field names of "
                             "their own");
-    all.push_back(path);
+    all.push_back(file(path));
   }
   if (wanted()) run.will_write(paths());
 }
@@ -139,7 +144,8 @@ void ShockOutputs::write(Run& run, const TexturedModel& scene, const ModelSignal
   ModelField field = downhill_field(scene, signal, potential);
   if (vectors_) return write_vector_field(*vectors_, scene.model.mesh, field.field);
   Model pictures = scene.model;
-  signal.replace(map_of(scene, signal, std::move(field)), Depth::u16, pictures);
+  const Depth depth = holds_numbers(map_->paths().front()) ? Depth::f32 : Depth::u16;
+  signal.replace(map_of(scene, signal, std::move(field), depth), depth, pictures);
   for (const std::string& note : map_->write(std::move(pictures), {})) run.terminal().remark(note);
 }
 
