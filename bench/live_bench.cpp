@@ -18,7 +18,7 @@
 
 #include "mq/base/stopwatch.h"
 #include "mq/filter/live_modulation.h"
-#include "mq/sample/sample.h"
+#include "sample_space.h"
 
 namespace mq {
 namespace {
@@ -68,27 +68,7 @@ class Errors {
   std::vector<float> all_;
 };
 
-struct Model {
-  Sample sample;
-  Surface surface;
-  Atlas atlas;
-  std::unique_ptr<TexelSpace> space;
-};
-
-std::unique_ptr<Model> make(const std::string& name, double wanted_texels) {
-  double size = 1024;
-  for (int round = 0;; ++round) {
-    auto model = std::make_unique<Model>();
-    model->sample = make_sample(name, {.texture_size = int(size)});
-    model->surface = make_surface(model->sample.mesh);
-    model->atlas = make_atlas(model->surface, {model->sample.texture});
-    model->space = std::make_unique<TexelSpace>(model->surface, model->atlas);
-    if (round == 1) return model;
-    size *= std::sqrt(wanted_texels / model->space->size());
-  }
-}
-
-void run(const Model& model, const std::string& name, double radius) {
+void run(const SampleSpace& model, const std::string& name, double radius) {
   const TexelSpace& space = *model.space;
   const Texels& texels = space.texels();
   const std::vector<Image<float>> pictures = {paint(model.sample)};
@@ -149,7 +129,7 @@ void run(const Model& model, const std::string& name, double radius) {
 
 int main(int argc, char** argv) {
   const std::string name = argc > 1 ? argv[1] : "bust";
-  const auto model = mq::make(name, argc > 2 ? std::atof(argv[2]) : 740'000);
+  const auto model = mq::make_sample_space(name, argc > 2 ? std::atof(argv[2]) : 740'000);
   std::vector<double> radii = {0.01, 0.03, 0.2};
   if (argc > 3) radii.clear();
   for (int i = 3; i < argc; ++i) radii.push_back(std::atof(argv[i]));

@@ -25,7 +25,7 @@
 #include "mq/draw/false_colour.h"
 #include "mq/filter/live_geodesic.h"
 #include "mq/io/model.h"
-#include "mq/sample/sample.h"
+#include "sample_space.h"
 
 namespace mq {
 namespace {
@@ -33,26 +33,6 @@ namespace {
 constexpr int rounds = 5;
 using Method = LiveGeodesicOptions::Method;
 using Part = LiveGeodesicStep::Part;
-
-struct Model {
-  Sample sample;
-  Surface surface;
-  Atlas atlas;
-  std::unique_ptr<TexelSpace> space;
-};
-
-std::unique_ptr<Model> make(const std::string& name, double wanted_texels) {
-  double size = 1024;
-  for (int round = 0;; ++round) {
-    auto model = std::make_unique<Model>();
-    model->sample = make_sample(name, {.texture_size = int(size)});
-    model->surface = make_surface(model->sample.mesh);
-    model->atlas = make_atlas(model->surface, {model->sample.texture});
-    model->space = std::make_unique<TexelSpace>(model->surface, model->atlas);
-    if (round == 1) return model;
-    size *= std::sqrt(wanted_texels / model->space->size());
-  }
-}
 
 const char* word(Part part) {
   switch (part) {
@@ -246,7 +226,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, argc > 3 ? std::atoi(argv[3]) : 2);
-  const auto model = mq::make(name, argc > 2 ? std::atof(argv[2]) : 670'000);
+  const auto model = mq::make_sample_space(name, argc > 2 ? std::atof(argv[2]) : 670'000);
   fmt::print("{}: ", name);
   mq::Bench bench(*model->space);
   for (const int nodes : {mq::LiveGeodesicOptions{}.most_front_nodes, 200'000}) {

@@ -15,7 +15,6 @@
 #include <map>
 #include <numbers>
 #include <string>
-#include <tuple>
 
 #include "fem/cut_squares.h"
 #include "mq/base/error.h"
@@ -195,13 +194,7 @@ void draw_functions(const std::string& file) {
   // The chart begins at 0.06 · 24 − ½ = 0.94 and ends at 0.94 + 6.72 = 7.66 texels: 6 is inside, 8 beside it.
   int row = 0;
   for (const std::array<int, 3>& texel : {std::array{0, 6, 13}, {0, 8, 13}}) {
-    const auto of_space = [&](const TexelSpace& space) {
-      for (int i = 0; i < space.size(); ++i) {
-        const Texels::Place& p = space.texels().places[std::size_t(i)];
-        if (std::array{p.texture, p.x, p.y} == texel) return i;
-      }
-      return -1;
-    };
+    const auto of_space = [&](const TexelSpace& space) { return space.texels().find({texel[0], texel[1], texel[2]}); };
     const auto of_basis = [&](const QuadraticSeamBasis& basis) {
       return int(std::ranges::find(basis.texels(), texel) - basis.texels().begin());
     };
@@ -226,11 +219,8 @@ Vector spread(const TexelSpace& space, double length) {
 double shown(const TexelSpace& bilinear, const TexelSpace& space, const Vector& phi, int triangle, const Vector3& place) {
   double value = 0;
   for (const auto& [n, at] : bilinear.basis_at(triangle, place)) {
-    const auto& texels = space.texels().places;
-    const Texels::Place& wanted = bilinear.texels().places[std::size_t(n)];
-    const auto raster = [](const Texels::Place& p) { return std::tuple(p.texture, p.y, p.x); };
-    const auto found = std::ranges::lower_bound(texels, raster(wanted), {}, raster);
-    if (found != texels.end() && raster(*found) == raster(wanted)) value += at * phi[found - texels.begin()];
+    const int unknown = space.texels().find(bilinear.texels().places[std::size_t(n)]);
+    if (unknown >= 0) value += at * phi[unknown];
   }
   return value;
 }

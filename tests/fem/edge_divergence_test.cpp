@@ -6,6 +6,7 @@
 #include "linear/matrices.h"
 #include "mq/fem/texel_space.h"
 #include "mq/fem/vertex_space.h"
+#include "mq/linear/coupled_pairs.h"
 #include "fem/cut_squares.h"
 
 namespace mq {
@@ -14,11 +15,8 @@ namespace {
 using Pairs = std::vector<std::array<int, 2>>;
 
 Pairs coupled_pairs(const SignalSpace& space) {
-  const SparseMatrix S = space.stiffness();
   Pairs pairs;
-  for (int i = 0; i < S.rows(); ++i)
-    for (SparseMatrix::InnerIterator it(S, i); it; ++it)
-      if (it.col() > i) pairs.push_back({i, int(it.col())});
+  for_each_coupled_pair(space.stiffness(), [&](int i, int j) { pairs.push_back({i, j}); });
   return pairs;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/image/colour.h"
 #include "mq/io/file_names.h"
 #include "mq/model/target_gradient.h"
 #include "options/field_options.h"
@@ -17,9 +18,6 @@ FieldRequest request_of(const std::string& name) {
           .file = name,
           .strength = FieldRequest::Strength::kept};
 }
-
-/// How many of ψ's channels a field given once is of: alpha is none of them.
-Eigen::Index channels_but_alpha(Eigen::Index channels) { return channels == 2 || channels == 4 ? channels - 1 : channels; }
 
 /// β of ψ's own gradients: beside a field none, unless asked for; between places that a table does not name all.
 double own_share(const OptionValues& options, double usual) {
@@ -42,7 +40,7 @@ Signal moments_of_table(const OptionValues& options, const TexturedModel& model,
                         const std::string& file) {
   EdgeDifferences table = read_edge_differences(file);
   for (double& value : table.values) value *= options.number("gradient-scale");
-  const Eigen::Index colours = channels_but_alpha(psi.cols());
+  const Eigen::Index colours = colour_channels(int(psi.cols()));
   if (table.channels != 1 && table.channels != colours)
     return gradient_moments(model, signal, psi, own_share(options, 1), table);
   Signal moments = signal.space().stiffness_times(psi);
@@ -97,7 +95,7 @@ Signal asked_gradient_moments(Run& run, const TexturedModel& model, const ModelS
   const std::vector<std::string> names = options.texts("gradient");
   if (names_table(names.front())) return moments_of_table(options, model, signal, psi, names.front());
   const auto count = std::ssize(names);
-  const Eigen::Index colours = channels_but_alpha(psi.cols()), changed = count == psi.cols() ? count : colours;
+  const Eigen::Index colours = colour_channels(int(psi.cols())), changed = count == psi.cols() ? count : colours;
   require(count == 1 || count == psi.cols() || count == colours,
           fmt::format("--gradient: given {} times, wanted once, or once for each of {} channels", count, psi.cols()));
   Signal moments = signal.space().stiffness_times(psi);

@@ -100,22 +100,26 @@ Colour distance_colour(double distance, const DistanceColours& scale) {
   return mixed;
 }
 
-Signal distance_colours(const Vector& distances, const DistanceColours& scale) {
-  Signal colours(distances.size(), 3);
-  for (Eigen::Index i = 0; i < distances.size(); ++i) {
-    const Colour colour = distance_colour(distances[i], scale);
+namespace {
+
+template <class ColourOf>
+Signal colours_of_all(const Vector& values, const ColourOf& colour_of) {
+  Signal colours(values.size(), 3);
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const Colour colour = colour_of(values[i]);
     colours.row(i) << colour[0], colour[1], colour[2];
   }
   return colours;
 }
 
+}  // namespace
+
+Signal distance_colours(const Vector& distances, const DistanceColours& scale) {
+  return colours_of_all(distances, [&](double distance) { return distance_colour(distance, scale); });
+}
+
 Signal false_colours(const Vector& values, const FalseColour& scale) {
-  Signal colours(values.size(), 3);
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    const Colour colour = false_colour(values[i], scale);
-    for (int c = 0; c < 3; ++c) colours(i, c) = colour[std::size_t(c)];
-  }
-  return colours;
+  return colours_of_all(values, [&](double value) { return false_colour(value, scale); });
 }
 
 FalseColour scale_of(std::span<const float> values, FalseColour::Map map) {

@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/fem/detail/quadrature.h"
 #include "mq/fem/detail/texel_space_data.h"
+#include "mq/linear/coupled_pairs.h"
 
 namespace mq {
 
@@ -172,9 +173,7 @@ std::vector<std::array<int, 2>> TexelSpace::edges() const {
   const SparseMatrix pattern = system(0, 1);
   std::vector<std::array<int, 2>> result;
   result.reserve(pattern.nonZeros() / 2);
-  for (int i = 0; i < pattern.rows(); ++i)
-    for (SparseMatrix::InnerIterator it(pattern, i); it; ++it)
-      if (it.col() > i) result.push_back({i, int(it.col())});
+  for_each_coupled_pair(pattern, [&](int i, int j) { result.push_back({i, j}); });
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 namespace mq {
@@ -31,6 +32,13 @@ struct Texels {
                                ///< so that its matrix row is a 3 × 3 stencil over grid neighbours
 
   int size() const { return int(places.size()); }
+
+  /// The unknown of a texel, −1 where it has none.
+  int find(const Place& texel) const {
+    const auto raster = [](const Place& p) { return std::tuple(p.texture, p.y, p.x); };
+    const auto at = std::ranges::lower_bound(places, raster(texel), {}, raster);
+    return at != places.end() && raster(*at) == raster(texel) ? int(at - places.begin()) : -1;
+  }
 
   int chart_count() const {
     int count = 0;

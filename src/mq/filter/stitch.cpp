@@ -20,6 +20,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/linear/coupled_pairs.h"
 
 namespace mq {
 namespace {
@@ -150,10 +151,9 @@ Signal change_of_regions(const Ground& ground, const Signal& psi, std::span<cons
 Signal change_to_level(const Ground& ground, const Signal& psi, std::span<const int> labels) {
   require_sizes(ground, psi, labels);
   std::vector<std::array<int, 2>> pairs;
-  for (int i = 0; i < ground.stiffness.rows(); ++i)
-    for (SparseMatrix::InnerIterator it(ground.stiffness, i); it; ++it)
-      if (const int j = int(it.col()); j > i && labels[i] != labels[j] && labels[i] != unseen && labels[j] != unseen)
-        pairs.push_back({i, j});
+  for_each_coupled_pair(ground.stiffness, [&](int i, int j) {
+    if (labels[i] != labels[j] && labels[i] != unseen && labels[j] != unseen) pairs.push_back({i, j});
+  });
   Signal z(Eigen::Index(pairs.size()), psi.cols());
   for (std::size_t k = 0; k < pairs.size(); ++k)
     z.row(Eigen::Index(k)) = psi.row(pairs[k][0]) - psi.row(pairs[k][1]);

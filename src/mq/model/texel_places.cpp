@@ -149,7 +149,6 @@ class Offers {
 /// Texels that only a seam couples in: the triangle of a texel beside them.
 void take_from_neighbours(const Atlas& atlas, const Texels& texels,
                           std::vector<TexelPlace>& places) {
-  const auto raster = [](const Texels::Place& p) { return std::tuple(p.texture, p.y, p.x); };
   const std::vector<TexelPlace> known = places;
   constexpr int reach = 3;  // texels
   for (int i = 0; i < texels.size(); ++i) {
@@ -158,11 +157,8 @@ void take_from_neighbours(const Atlas& atlas, const Texels& texels,
     int nearest = std::numeric_limits<int>::max(), from = -1;
     for (int dy = -reach; dy <= reach; ++dy)
       for (int dx = -reach; dx <= reach; ++dx) {
-        const Texels::Place beside{at.texture, at.x + dx, at.y + dy};
-        const auto found = std::ranges::lower_bound(texels.places, raster(beside), {}, raster);
-        if (found == texels.places.end() || raster(*found) != raster(beside)) continue;
-        const int k = int(found - texels.places.begin());
-        if (known[std::size_t(k)].triangle < 0 || dx * dx + dy * dy >= nearest) continue;
+        const int k = texels.find({at.texture, at.x + dx, at.y + dy});
+        if (k < 0 || known[std::size_t(k)].triangle < 0 || dx * dx + dy * dy >= nearest) continue;
         nearest = dx * dx + dy * dy;
         from = known[std::size_t(k)].triangle;
       }

@@ -110,11 +110,8 @@ Defects TextureSignal::defects() const {
 
 std::vector<int> TextureSignal::unknowns_at(const Texels::Place& texel) const {
   if (copies_) return copies_->meant(texel);
-  const auto raster = [](const Texels::Place& p) { return std::tuple(p.texture, p.y, p.x); };
-  const std::vector<Texels::Place>& places = space_->texels().places;
-  const auto at = std::ranges::lower_bound(places, raster(texel), {}, raster);
-  if (at == places.end() || raster(*at) != raster(texel)) return {};
-  return {int(at - places.begin())};
+  const int unknown = space_->texels().find(texel);
+  return unknown < 0 ? std::vector<int>() : std::vector{unknown};
 }
 
 /// The texel of the pictures that an unknown stands for.
