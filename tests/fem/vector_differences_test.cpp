@@ -185,11 +185,8 @@ TEST(IntrinsicDelaunay, KeepsTheMetric) {
     EXPECT_NEAR(gradient.block(2 * t, 0, 2, 1).norm(), 0.5, 1e-12);
 }
 
-TEST(VertexBasis, ProlongatesConstantFieldsOfThePlaneExactly) {
-  const Surface surface = make_surface(fixtures::flat_square(9, 0.2));
-  const auto shapes = flat_triangles(surface);
-  const VertexFrames frames = vertex_frames(surface, shapes);
-  const double direction = 0.4;
+/// A unit vector that has this direction in the plane, at every vertex in its frame.
+Vector constant_at_vertices(const Surface& surface, const VertexFrames& frames, double direction) {
   Vector z(2 * surface.mesh.vertex_count());
   for (HalfEdge h = 0; h < 3 * surface.triangle_count(); ++h) {
     const int v = surface.mesh.triangles[h / 3][h % 3],
@@ -198,9 +195,35 @@ TEST(VertexBasis, ProlongatesConstantFieldsOfThePlaneExactly) {
     const double angle = direction - std::atan2(edge.y(), edge.x()) + frames.at_source[h];
     z.segment<2>(2 * v) = Vector2(std::cos(angle), std::sin(angle));
   }
-  const Vector X = vertex_prolongation(surface, shapes, frames) * z;
+  return z;
+}
+
+void expect_constant(const Surface& surface, const Vector& X, double direction) {
   for (const Vector3& value : field_in_space(surface, X))
     EXPECT_LE((value - Vector3(std::cos(direction), std::sin(direction), 0)).norm(), 1e-12);
+}
+
+TEST(VertexBasis, ProlongatesConstantFieldsOfThePlaneExactly) {
+  const Surface surface = make_surface(fixtures::flat_square(9, 0.2));
+  const auto shapes = flat_triangles(surface);
+  const VertexFrames frames = vertex_frames(surface, shapes);
+  const Vector z = constant_at_vertices(surface, frames, 0.4);
+  expect_constant(surface, vertex_prolongation(surface, shapes, frames) * z, 0.4);
+}
+
+TEST(VertexBasis, HasTheCirculationOfConstantFieldsOfThePlaneExactly) {
+  const Surface surface = make_surface(fixtures::flat_square(9, 0.2));
+  const auto shapes = flat_triangles(surface);
+  const VertexFrames frames = vertex_frames(surface, shapes);
+  const Edges edges = make_edges(surface, shapes);
+  const Vector omega =
+      circulation_along_edges(surface, shapes, frames, edges) * constant_at_vertices(surface, frames, 0.4);
+  for (int e = 0; e < edges.count(); ++e) {
+    const auto [i, j] = edges.vertices[std::size_t(e)];
+    const Vector3 along = surface.mesh.positions[std::size_t(j)] - surface.mesh.positions[std::size_t(i)];
+    EXPECT_NEAR(omega[e], along.dot(Vector3(std::cos(0.4), std::sin(0.4), 0)), 1e-13);
+  }
+  expect_constant(surface, whitney_prolongation(edges, shapes) * omega, 0.4);
 }
 
 /// On the sphere the field of a rotation comes out to the second order.

@@ -86,5 +86,31 @@ TEST(LevelBorders, SayNothingOfWhatIsUnseen) {
   EXPECT_TRUE(level_borders(space, test::random_signal(space.size(), 1), labels).isZero(0));
 }
 
+/// Of what is unseen the thesis keeps the values and takes the differences: on the whole surface S·φ is asked for the
+/// differences within regions alone.
+TEST(PublishedBorders, SolveTheThesisSystemWithWhatIsUnseen) {
+  const fixtures::Cut cut = fixtures::cut("", fixtures::slanted(), {32, 28});
+  const TexelSpace space(cut.model->surface, cut.model->atlas);
+  std::vector<int> labels;
+  for (const Vector3& p : space.positions()) labels.push_back(p.x() < 0.3 ? 0 : p.x() > 0.6 ? 1 : unseen);
+  const Signal psi = test::random_signal(space.size(), 2);
+  const double weight = 0.01;
+  Stitcher stitcher(space, weight, labels, {}, {}, Stitcher::Systems::one_each);
+  stitcher.set_borders(Borders::published);
+  const Signal found = stitcher.stitch(psi).signal;
+
+  const std::vector<std::array<int, 2>> edges = space.edges();
+  Signal z = Signal::Zero(std::ssize(edges), 2);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const auto [i, j] = edges[e];
+    const int label = labels[std::size_t(i)];
+    if (label == labels[std::size_t(j)] && label != unseen) z.row(Eigen::Index(e)) = psi.row(j) - psi.row(i);
+  }
+  const SparseMatrix A = space.mass() + weight * space.stiffness();
+  const Signal b = space.mass() * psi + weight * space.edge_divergence(edges, z);
+  EXPECT_LT((A * found - b).norm(), 1e-5 * b.norm());
+  EXPECT_GT((psi - found).norm(), 0.1 * psi.norm());
+}
+
 }  // namespace
 }  // namespace mq

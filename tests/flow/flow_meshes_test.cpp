@@ -48,23 +48,38 @@ TEST(FlowSolvers, MinimiseTheEnergyInEveryBasis) {
   }
 }
 
+/// A rotation of the sphere, at vertices.
+Vector rotation_on(const FlowMesh& mesh) {
+  const Vector3 axis = Vector3(0.2, 0.3, 1).normalized();
+  Vector z(2 * mesh.vertex_count());
+  for (int v = 0; v < mesh.vertex_count(); ++v) {
+    const Vector3 X = axis.cross(mesh.surface().mesh.positions[v]);
+    z.segment<2>(2 * v) = Vector2(X.dot(mesh.axis(v)), X.dot(mesh.normal(v).cross(mesh.axis(v))));
+  }
+  return z;
+}
+
+/// And from triangles back to their corners.
+TEST(FlowMeshes, HaveTheSameFieldOnTrianglesAndAtVertices) {
+  std::vector<double> errors;
+  for (const int level : {3, 4, 5}) {
+    const Surface surface = make_surface(fixtures::sphere(level));
+    const FlowMesh mesh(surface);
+    const Vector z = rotation_on(mesh);
+    errors.push_back((mesh.vertex_field(mesh.triangle_field(z)) - z).norm() / z.norm());
+  }
+  EXPECT_LE(errors[2], 3e-3);
+  EXPECT_GE(std::log2(errors[1] / errors[2]), 1.9);
+}
+
 TEST(FlowMeshes, CarryRotationsOfTheSphereFromCoarseToFine) {
   const Surface surface = make_surface(fixtures::sphere(5));
   const FlowMeshes meshes(surface, 200);
   ASSERT_GE(meshes.count(), 3);
-  const Vector3 axis = Vector3(0.2, 0.3, 1).normalized();
-  const auto field_on = [&](const FlowMesh& mesh) {
-    Vector z(2 * mesh.vertex_count());
-    for (int v = 0; v < mesh.vertex_count(); ++v) {
-      const Vector3 X = axis.cross(mesh.surface().mesh.positions[v]);
-      z.segment<2>(2 * v) = Vector2(X.dot(mesh.axis(v)), X.dot(mesh.normal(v).cross(mesh.axis(v))));
-    }
-    return z;
-  };
   std::vector<double> errors;
   for (int m = 0; m < 2; ++m) {
-    const Vector fine = field_on(meshes[m]);
-    const Vector found = meshes.transfer(m)->prolongated(field_on(meshes[m + 1]));
+    const Vector fine = rotation_on(meshes[m]);
+    const Vector found = meshes.transfer(m)->prolongated(rotation_on(meshes[m + 1]));
     errors.push_back((found - fine).norm() / fine.norm());
   }
   EXPECT_LE(errors[0], 0.02);

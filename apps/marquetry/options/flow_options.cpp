@@ -168,8 +168,7 @@ void add_options_for_models(OptionTable& table) {
              .group = "Models",
              .help = "of fields on triangles: vertex, triangle, gradient or whitney [default a vector per texel for "
                      "textures, vertex for colours of vertices]",
-             .details = "All but vertex are solved by factorisations at the full resolution. Of textures triangles are "
-                        "cut for them."});
+             .details = "All but vertex are solved by factorisations. Of textures triangles are cut for them."});
   table.add({.name = "longest-edge",
              .type = Type::number,
              .unit = "texels",
@@ -257,13 +256,10 @@ ModelFlowOptions model_flow_options(const OptionValues& options) {
   require(scales != "single",
           "--scales single is for pictures; on a model give --largest and "
           "--smallest the same length");
-  if (basis != FlowBasis::vertex) {
-    require(scales.empty() || scales == "full",
-            fmt::format("--basis {} works at the full resolution: leave --scales away", name));
-    flow.solver = FlowSolver::direct;
-  } else if (!scales.empty()) {
-    flow.solver = scales == "full" ? FlowSolver::direct : FlowSolver::hierarchical;
-  }
+  require(!thesis || scales != "hierarchical",
+          "--scales hierarchical: the weights of --preset thesis mean another smoothness on each coarser mesh; leave one "
+          "of the two away");
+  if (!scales.empty()) flow.solver = scales == "full" ? FlowSolver::direct : FlowSolver::hierarchical;
   take_common(options, flow);
   if (options.has("longest-edge"))
     flow.longest_edge = options.number("longest-edge");

@@ -78,16 +78,24 @@ void report_gain(Run& run, double gain) {
         gain));
 }
 
+Borders asked_borders(const OptionValues& options) {
+  const std::string name = options.text("borders");
+  return name == "level" ? Borders::level : name == "published" ? Borders::published : Borders::continued;
+}
+
 Stitched solve(Run& run, const Model& model, const TextureSignal& target, double weight,
                const StitchRegions& regions) {
   Stitched stitched;
   solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
+    const Borders borders = asked_borders(run.options());
     std::unique_ptr<Stitcher> stitcher;
     {
       const Step step(run, "prepare", shares.prepare);
-      stitcher = std::make_unique<Stitcher>(target.space(), weight, regions.labels, factory, step);
+      stitcher = std::make_unique<Stitcher>(
+          target.space(), weight, regions.labels, factory, step,
+          borders == Borders::published ? Stitcher::Systems::one_each : Stitcher::Systems::kept);
     }
-    if (run.options().text("borders") == "level") stitcher->set_borders(Borders::level);
+    stitcher->set_borders(borders);
     const Step step(run, "solve", shares.solve);
     const RegionLevels levels = asked_levels(run.options(), model, *stitcher, regions.values);
     if (levels.gains().size() > 0) report_gain(run, std::exp(levels.gains().cwiseAbs().maxCoeff()));
@@ -221,11 +229,13 @@ Verb stitch_verb() {
   table.add({.name = "borders",
              .type = Type::choice,
              .default_value = "continued",
-             .choices = {"continued", "level"},
+             .choices = {"continued", "level", "published"},
              .group = "Stitch",
-             .help = "continued: each region goes on past its border as it runs there; level: no differences are asked for there",
-             .details = "level is as published, with --alpha 0.01 and --exposure keep: what slopes across a border "
-                        "becomes flat there."});
+             .help = "continued: each region goes on past its border as it runs there; level: no differences are asked for "
+                     "there; published: nor where nothing is seen",
+             .details = "What slopes across a border becomes flat there by the last two. published, with --alpha 0.01 and "
+                        "--exposure keep, is the thesis' stitching: texels that nobody sees keep the colours they have, "
+                        "of several photographs the mean, and lose their differences."});
   add_spread_options(table, usual_photograph_length, "Stitch", "how far steps between photographs are spread");
   add_solver_options(table);
   add_space_option(table);

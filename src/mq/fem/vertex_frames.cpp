@@ -168,4 +168,22 @@ SparseMatrix vertex_prolongation(const Surface& surface, const std::vector<FlatT
   return sparse_matrix(2 * surface.triangle_count(), 2 * surface.mesh.vertex_count(), entries);
 }
 
+SparseMatrix circulation_along_edges(const Surface& surface, const std::vector<FlatTriangle>& shapes,
+                                     const VertexFrames& frames, const Edges& edges) {
+  require_shapes(surface, shapes);
+  Entries entries;
+  for (HalfEdge h = 0; h < HalfEdge(edges.from_half_edge.size()); ++h) {
+    const int e = edges.from_half_edge[h];
+    if (e < 0 || edges.sign[h] < 0) continue;
+    const double half = 0.5 * shapes[h / 3].edge(h % 3).norm();
+    const auto [i, j] = edges.vertices[e];
+    const double out = frames.at_source[h], back = frames.at_target[h];
+    entries.insert(entries.end(), {{e, 2 * i, half * std::cos(out)},
+                                   {e, 2 * i + 1, half * std::sin(out)},
+                                   {e, 2 * j, -half * std::cos(back)},
+                                   {e, 2 * j + 1, -half * std::sin(back)}});
+  }
+  return sparse_matrix(edges.count(), 2 * surface.mesh.vertex_count(), entries);
+}
+
 }  // namespace mq

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "mq/fem/edges.h"
 #include "mq/fem/flat_triangle.h"
 #include "mq/linear/matrix.h"
 
@@ -40,5 +41,10 @@ SparseMatrix connection_laplacian(const Surface& surface, const std::vector<Flat
 /// 2·vertices. Exact for constant fields in the plane.
 SparseMatrix vertex_prolongation(const Surface& surface, const std::vector<FlatTriangle>& shapes,
                                  const VertexFrames& frames);
+
+/// V to W: ω_e = ∫ ⟨X, ds⟩ along each edge by the mean of X at its ends, edges × 2·vertices. Exact for constant fields in
+/// the plane.
+SparseMatrix circulation_along_edges(const Surface& surface, const std::vector<FlatTriangle>& shapes,
+                                     const VertexFrames& frames, const Edges& edges);
 
 }  // namespace mq

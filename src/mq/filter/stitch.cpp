@@ -148,11 +148,12 @@ Signal change_of_regions(const Ground& ground, const Signal& psi, std::span<cons
   return change(ground, psi, labels, [](int, int, auto&) { return false; });
 }
 
-Signal change_to_level(const Ground& ground, const Signal& psi, std::span<const int> labels) {
+Signal change_to_level(const Ground& ground, const Signal& psi, std::span<const int> labels, Borders borders) {
   require_sizes(ground, psi, labels);
   std::vector<std::array<int, 2>> pairs;
   for_each_coupled_pair(ground.stiffness, [&](int i, int j) {
-    if (labels[i] != labels[j] && labels[i] != unseen && labels[j] != unseen) pairs.push_back({i, j});
+    const bool seen = labels[i] != unseen && labels[j] != unseen;
+    if (seen ? labels[i] != labels[j] : borders == Borders::published) pairs.push_back({i, j});
   });
   Signal z(Eigen::Index(pairs.size()), psi.cols());
   for (std::size_t k = 0; k < pairs.size(); ++k)
@@ -201,7 +202,7 @@ Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<con
 }
 
 Signal level_borders(const SignalSpace& space, const Signal& psi, std::span<const int> labels) {
-  return change_to_level({space, space.stiffness(), space.positions()}, psi, labels);
+  return change_to_level({space, space.stiffness(), space.positions()}, psi, labels, Borders::level);
 }
 
 Signal stitch_partials(const SignalSpace& space, std::span<const Partial> partials,
@@ -417,12 +418,20 @@ RegionLevels Stitcher::levels(const Signal& psi, LightLaw law) const {
   return {stiffness_, space_.lumped_mass(), psi, labels_, law};
 }
 
+/// argmin E(φ; μ, w, ψ, Σ z_d X_d).
+Filtered Stitcher::stitch_as_published(const Signal& psi, const Progress& progress) const {
+  const Signal asked = change_to_level({space_, stiffness_, positions_}, psi, labels_, borders_);
+  const ScreenedPoisson whole(space_, weight_, factory_, progress.step("prepare", 0.5));
+  return whole.solve_change(psi, asked, progress.step("stitch", 0.5));
+}
+
 Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials, const RegionLevels& levels,
                           const Progress& progress) const {
-  const bool raises = levels.gains().rows() > 0;
-  const Signal filled = fill(raises ? levels.raised(psi, labels_) : psi, progress.step("fill", 0.3));
+  const Signal raised = levels.gains().rows() > 0 ? levels.raised(psi, labels_) : psi;
+  if (borders_ == Borders::published) return stitch_as_published(raised, progress);
+  const Signal filled = fill(raised, progress.step("fill", 0.3));
   const Signal asked =
-      borders_ == Borders::level ? change_to_level({space_, stiffness_, positions_}, filled, labels_)
+      borders_ == Borders::level ? change_to_level({space_, stiffness_, positions_}, filled, labels_, borders_)
       : partials.empty() ? change(filled)
                        : change_of_partials({space_, stiffness_, positions_}, partials, {filled, labels_}, levels);
   return solve(filled, asked, progress.step("stitch", 0.7));

@@ -38,7 +38,8 @@ namespace mq {
 /// What is asked of the differences between regions where they meet.
 enum class Borders {
   continued,  ///< those of each going on past its border, as said above
-  level       ///< none, as published: z_ij = 0 between regions (thesis 5.9.2), see `SignalSpace::edge_divergence`
+  level,      ///< none: z_ij = 0 between regions (thesis 5.9.2), see `SignalSpace::edge_divergence`
+  published   ///< the same, and where something is unseen none either: it keeps its values and loses its differences
 };
 
 /// Labels that pictures show, one for each texture and painted in its coordinates: texels of equal
@@ -139,7 +140,8 @@ class Stitcher {
   Stitcher(const SignalSpace& space, double weight, std::vector<int> labels,
            const SolverFactory& factory = {}, const Progress& progress = {}, Systems systems = Systems::kept);
 
-  /// What `stitch` of a signal asks for where regions meet; `continued` without it.
+  /// What `stitch` of a signal asks for where regions meet; `continued` without it. `published` solves one system of the
+  /// whole surface, which is prepared then.
   void set_borders(Borders borders) { borders_ = borders; }
 
   /// Other regions of the same signal; the systems stay. Throws `InvalidInput` where something else
@@ -182,6 +184,7 @@ class Stitcher {
   using System = std::shared_ptr<const ScreenedPoisson>;
   System prepared(double weight, const Progress& progress) const;
   System equation(const Progress& progress) const;
+  Filtered stitch_as_published(const Signal& psi, const Progress& progress) const;
   bool sees_all() const { return mass_.size() == 0; }
 
   const SignalSpace& space_;

@@ -32,7 +32,7 @@ double affordable_edge(double longest_edge, const TexelSpace& space) {
 
 /// Of the work, what this takes of it where multigrid aligns: beside factorisations it is little.
 double share_beside(const MeshFlowOptions& options, double share) {
-  return options.solver == FlowSolver::direct ? 0.1 * share : share;
+  return options.is_factored() ? 0.1 * share : share;
 }
 
 /// Up to here what lies between vertices is hardly narrower than a texel, and values there say it

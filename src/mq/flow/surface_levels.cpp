@@ -133,6 +133,23 @@ Vector FlowMesh::triangle_field(const Vector& z) const {
   return X;
 }
 
+Vector FlowMesh::vertex_field(const Vector& X) const {
+  Vector z = Vector::Zero(2 * std::int64_t(vertex_count()));
+  parallel_for(vertex_count(), [&](std::int64_t v) {
+    double x = 0, y = 0, area = 0;
+    for (const int* corner = space_.corners_begin(int(v)); corner != space_.corners_end(int(v)); ++corner) {
+      const int t = *corner / 3;
+      const auto [c, s] = turns_[*corner];
+      const double a = space_.shapes()[t].area(), p = X[2 * t], q = X[2 * t + 1];
+      x += a * (c * p + s * q);
+      y += a * (c * q - s * p);
+      area += a;
+    }
+    if (area > 0) z.segment<2>(2 * v) = Vector2(x, y) / area;
+  });
+  return z;
+}
+
 FlowMeshes::FlowMeshes(const Surface& surface, int coarsest, const Progress& progress) {
   meshes_.push_back(std::make_unique<FlowMesh>(surface, progress.step("finest mesh", 0.4)));
   while (meshes_.back()->vertex_count() > coarsest) {

@@ -36,6 +36,8 @@ class FlowMesh {
 
   /// A vector per triangle, in its frame: the mean of its corners'.
   Vector triangle_field(const Vector& z) const;
+  /// A complex number per vertex: the mean of the triangles around it, by area.
+  Vector vertex_field(const Vector& X) const;
 
   /// Twice the diagonal of the box around a vertex' piece of the surface: paths end at the border of
   /// their piece, so what is longer says nothing.

@@ -64,10 +64,8 @@ MeshFlowFinder::MeshFlowFinder(const Surface& surface, const MeshFlowOptions& op
     : options_(options) {
   require_options(options);
   const bool hierarchical = options.solver == FlowSolver::hierarchical;
-  if (hierarchical && options.basis != FlowBasis::vertex)
-    throw Unsupported(
-        "the hierarchical solver is for the vertex basis; take the direct solver for "
-        "another");
+  if (hierarchical && options.thesis)
+    throw Unsupported("the thesis' weights mean another smoothness on each coarser mesh: take every scale on the mesh itself");
   meshes_ = std::make_unique<const FlowMeshes>(
       surface, hierarchical ? coarsest_vertices : std::numeric_limits<int>::max(), progress);
 }

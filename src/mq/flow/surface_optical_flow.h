@@ -28,8 +28,8 @@ enum class FlowBasis {
 };
 
 enum class FlowSolver {
-  hierarchical,  ///< multigrid over coarser and coarser meshes, each scale on the coarsest mesh
-                 ///< that shows it; vertex basis only
+  hierarchical,  ///< each scale on the coarsest mesh that shows it, in the vertex basis by multigrid over coarser and
+                 ///< coarser meshes, in the others by a factorisation per step; not with the thesis' weights
   direct         ///< a factorisation per step, every scale on the mesh itself
 };
 
@@ -42,7 +42,7 @@ struct ThesisFlow {
                          ///< with its data matrix
 };
 
-/// What the direct solver will take, known once its first matrix is analysed.
+/// What factorisations on the mesh itself will take, known once the first matrix is analysed.
 struct FlowForecast {
   std::int64_t unknowns = 0;
   int factorisations = 0;  ///< at most: a level ends early where a step gains little
@@ -69,7 +69,9 @@ struct MeshFlowOptions : FlowOptions {
   /// At how many places, at least, errors of fields on coarser meshes are taken, see `MeshFlow`.
   int probes = 25000;
   std::optional<ThesisFlow> thesis;
-  std::function<void(const FlowForecast&)> foresee;  ///< told once, before the first factorisation
+  std::function<void(const FlowForecast&)> foresee;  ///< told once, before the first factorisation on the mesh itself
+
+  bool is_factored() const { return solver == FlowSolver::direct || basis != FlowBasis::vertex; }
 };
 
 /// The thesis' seven levels with the weight it states for the basis (4.6.2).
@@ -126,7 +128,7 @@ struct MeshFlow {
 ///
 /// `source` and `target` have a row per vertex, any number of channels. Throws `InvalidInput` on
 /// sizes that differ, values that are not finite (naming the first), lengths that are not positive,
-/// `Unsupported` where a basis and a solver do not go together.
+/// `Unsupported` for the thesis' weights over coarser meshes: they mean another smoothness on each.
 MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& target,
                    const MeshFlowOptions& options = {}, const Progress& progress = {});
 

@@ -269,9 +269,10 @@ static DataTerms no_data(std::size_t triangles) {
 
 DirectFlowSolver::DirectFlowSolver(const FlowMesh& mesh, FlowBasis basis,
                                    const std::optional<ThesisFlow>& thesis)
-    : space_(mesh.space()), basis_(basis), thesis_(thesis) {
+    : mesh_(mesh), basis_(basis), thesis_(thesis) {
   const Surface& surface = mesh.surface();
-  const std::vector<FlatTriangle>& shapes = space_.shapes();
+  const VertexSpace& space = mesh.space();
+  const std::vector<FlatTriangle>& shapes = space.shapes();
   const Edges edges = make_edges(surface, shapes);
   const HodgeStars stars =
       hodge_stars(edges, surface.mesh.triangles, shapes, surface.mesh.vertex_count());
@@ -289,23 +290,31 @@ DirectFlowSolver::DirectFlowSolver(const FlowMesh& mesh, FlowBasis basis,
       break;
     case FlowBasis::gradient: {
       const Vector inner = away_from_boundary(surface, shapes);
-      prolongation_ = gradient_prolongation(space_) * kept_potentials(inner).asDiagonal();
+      prolongation_ = gradient_prolongation(space) * kept_potentials(inner).asDiagonal();
       // Vertices of triangles without area are held like the others, so that no row is empty.
-      const double usual = space_.scale().area / double(stars.zero.size());
+      const double usual = space.scale().area / double(stars.zero.size());
       const Vector areas = stars.zero.unaryExpr([&](double a) { return a > 0 ? a : usual; });
-      smoothness_ = curl_and_div_inside(space_, areas, inner);
+      smoothness_ = curl_and_div_inside(space, areas, inner);
       pins_ = diagonal_matrix((Vector(2 * areas.size()) << areas, areas).finished() /
-                              space_.scale().area);
+                              space.scale().area);
       break;
     }
     case FlowBasis::whitney:
       prolongation_ = whitney_prolongation(edges, shapes);
+      circulation_ = circulation_along_edges(surface, shapes, mesh.frames(), edges);
       // With the diagonal star rows have 11 entries; with the Whitney mass 29, and dearer factors.
       smoothness_ = hodge_laplacian(edges, stars, diagonal_matrix(stars.one));
       pins_ = diagonal_matrix(Vector::Ones(edges.count()));
       break;
   }
   transposed_ = prolongation_.transpose();
+}
+
+Vector DirectFlowSolver::coefficients_of(const Vector& at_vertices) const {
+  require(basis_ != FlowBasis::gradient, "potentials do not follow from vectors at vertices");
+  return basis_ == FlowBasis::whitney    ? Vector(circulation_ * at_vertices)
+         : basis_ == FlowBasis::triangle ? mesh_.triangle_field(at_vertices)
+                                         : at_vertices;
 }
 
 Vector DirectFlowSolver::solve(const DataTerms& data, double weight, const Progress& progress,
@@ -318,7 +327,7 @@ Vector DirectFlowSolver::solve(const DataTerms& data, double weight, const Progr
     // forms has the unit 1/area.
     const bool potentials = basis_ == FlowBasis::gradient || basis_ == FlowBasis::whitney;
     const double norm =
-        potentials ? D.norm() * space_.scale().area : triangle_frobenius(data, space_);
+        potentials ? D.norm() * mesh_.space().scale().area : triangle_frobenius(data, mesh_.space());
     weight = 0.5 * thesis_->epsilon * norm;
   }
   SparseMatrix A = D + weight * smoothness_;

@@ -79,13 +79,18 @@ class DirectFlowSolver {
 
   /// Coefficients are those of the basis.
   Eigen::Index size() const { return smoothness_.rows(); }
+  /// The field, a vector per triangle.
+  Vector field(const Vector& coefficients) const { return prolongation_ * coefficients; }
+  /// What comes near to a complex number per vertex. Not for the gradient basis, whose coefficients are potentials.
+  Vector coefficients_of(const Vector& at_vertices) const;
   double smoothness_energy(const Vector& coefficients) const { return coefficients.dot(smoothness_ * coefficients); }
 
  private:
-  const VertexSpace& space_;
+  const FlowMesh& mesh_;
   FlowBasis basis_;
   std::optional<ThesisFlow> thesis_;
   SparseMatrix prolongation_, transposed_, smoothness_, pins_;
+  SparseMatrix circulation_;  ///< of the Whitney basis: its coefficients for a field at vertices
   std::optional<DirectSolver> factor_;
   FlowSystemCost cost_;
   Vector coefficients_;  ///< of the last solution

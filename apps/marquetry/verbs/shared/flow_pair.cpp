@@ -174,7 +174,7 @@ AskedModels::AskedModels(Run& run) {
                   "{}",
                   name, counted(std::ssize(others), "picture")));
   const auto middle = others.begin() + (models ? 0 : std::ssize(others) / 2);
-  factors_ = model_flow_options(options).solver == FlowSolver::direct;
+  factors_ = model_flow_options(options).is_factored();
   const double share = factors_ ? 0.01 : 0.15;
   scene_ = read_usable_model(run, models ? MissingPictures::unneeded : MissingPictures::refuse,
                              share, std::vector<std::filesystem::path>(others.begin(), middle));

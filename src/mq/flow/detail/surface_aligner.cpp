@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "mq/flow/detail/surface_signals.h"
+#include "mq/flow/detail/transfer_weights.h"
 
 namespace mq {
 namespace {
@@ -21,8 +22,10 @@ constexpr double spacings_per_length = 1.3;  // of the mesh a scale is solved on
 SurfaceAligner::SurfaceAligner(const FlowMeshes& meshes, const MeshFlowOptions& options,
                                const Signal& source, const Signal& target, double detail)
     : LevelAligner(options), meshes_(meshes) {
-  if (options.solver == FlowSolver::direct)
-    direct_.emplace(meshes_[0], options.basis, options.thesis);
+  if (options.is_factored()) {
+    direct_.reserve(std::size_t(meshes.count()));
+    for (int m = 0; m < meshes.count(); ++m) direct_.emplace_back(meshes[m], options.basis, options.thesis);
+  }
   const bool thesis = options_.thesis.has_value();
   Signal both(source.rows(), 2 * source.cols());
   both << source, target;
@@ -39,6 +42,12 @@ SurfaceAligner::SurfaceAligner(const FlowMeshes& meshes, const MeshFlowOptions& 
     raw_.push_back({meshes_.restricted(m, raw_[m].source), meshes_.restricted(m, raw_[m].target)});
 }
 
+void SurfaceAligner::begin(const std::vector<FlowScale>& scales) {
+  LevelAligner::begin(scales);
+  const auto on_finest = std::ranges::count_if(scales, [&](const FlowScale& scale) { return resolution_of_field(scale) == 0; });
+  factorisations_ = int(on_finest) * (options_.thesis ? 1 : options_.steps) * most_reweightings();
+}
+
 /// The coarsest mesh on which a level shows.
 int SurfaceAligner::resolution_of_field(const FlowScale& scale) const {
   int m = 0;
@@ -50,11 +59,12 @@ int SurfaceAligner::resolution_of_field(const FlowScale& scale) const {
 
 SurfaceField SurfaceAligner::zero(int m) const {
   return {Vector::Zero(2 * std::int64_t(meshes_[m].surface().triangle_count())),
-          Vector::Zero(direct_ ? direct_->size() : 2 * std::int64_t(meshes_[m].vertex_count()))};
+          Vector::Zero(direct_.empty() ? 2 * std::int64_t(meshes_[m].vertex_count()) : direct_[std::size_t(m)].size())};
 }
 
 double SurfaceAligner::smoothness_of(const SurfaceField& X) const {
-  return (direct_ ? direct_->smoothness_energy(X.z) : smoothness_energy(mesh(), X.z)) / mesh().area();
+  return (direct_.empty() ? smoothness_energy(mesh(), X.z) : direct_[std::size_t(at_)].smoothness_energy(X.z)) /
+         mesh().area();
 }
 
 SurfaceAligner::Ends SurfaceAligner::ends_along(int m, const SurfaceField& X,
@@ -81,11 +91,26 @@ void SurfaceAligner::place_probes(Probes& probes) const {
   }
 }
 
+/// Potentials are interpolated, all other fields by way of vectors at vertices.
 SurfaceField SurfaceAligner::prolongated(int m, const SurfaceField& X) const {
-  return {X.field, meshes_.transfer(m - 1)->prolongated(X.z)};
+  const BlockTransfer& transfer = *meshes_.transfer(m - 1);
+  if (direct_.empty()) return {X.field, transfer.prolongated(X.z)};
+  const DirectFlowSolver& finer = direct_[std::size_t(m) - 1];
+  if (options_.basis != FlowBasis::gradient) {
+    Vector z = finer.coefficients_of(transfer.prolongated(meshes_[m].vertex_field(X.field)));
+    Vector field = finer.field(z);
+    return {std::move(field), std::move(z)};
+  }
+  const Signal potentials = prolongated_by_weights(transfer, Eigen::Map<const Eigen::MatrixXd>(X.z.data(), X.z.size() / 2, 2));
+  Vector z(2 * potentials.rows());
+  z << potentials.col(0), potentials.col(1);
+  Vector field = finer.field(z);
+  return {std::move(field), std::move(z)};
 }
 
-void SurfaceAligner::complete(int m, SurfaceField& X) const { X.field = meshes_[m].triangle_field(X.z); }
+void SurfaceAligner::complete(int m, SurfaceField& X) const {
+  if (direct_.empty()) X.field = meshes_[m].triangle_field(X.z);
+}
 
 FlowLevel& SurfaceAligner::enter(const FlowScale& scale) {
   MeshFlowLevel& level = levels_.emplace_back();
@@ -105,7 +130,8 @@ FlowLevel& SurfaceAligner::enter(const FlowScale& scale) {
     for (Signal* signal : {&signals_->source, &signals_->target})
       *signal = with_slopes(mesh(), *signal, std::sqrt(options_.gradient_weight) * length_);
   level.smooth_seconds = watch.seconds();
-  multigrid_.emplace(meshes_.transfers_from(m), BlockMultigridOptions{.tolerance = options_.tolerance});
+  if (direct_.empty())
+    multigrid_.emplace(meshes_.transfers_from(m), BlockMultigridOptions{.tolerance = options_.tolerance});
   return level;
 }
 
@@ -121,6 +147,15 @@ int SurfaceAligner::most_steps() const {
   return options_.thesis ? 1 : (at_ > 0 ? 2 : 1) * options_.steps;
 }
 
+/// Tells what factorisations on the finest mesh take; on coarser ones they are little beside them.
+void SurfaceAligner::foresee(const DirectSolver& solver) const {
+  if (at_ > 0 || !options_.foresee) return;
+  options_.foresee({.unknowns = solver.size(),
+                    .factorisations = factorisations_,
+                    .seconds = solver.expected_seconds(),
+                    .bytes = solver.cost().bytes});
+}
+
 /// The Y of these terms.
 SurfaceField SurfaceAligner::corrected(const DataTerms& terms, double weight,
                                                 const std::vector<double>& shares,
@@ -128,17 +163,13 @@ SurfaceField SurfaceAligner::corrected(const DataTerms& terms, double weight,
   MeshFlowLevel& level = levels_.back();
   const DataTerms data =
       options_.thesis ? terms : terms.held(mesh().space().shapes(), mesh().area());
-  if (direct_) {
-    const auto foresee = [&](const DirectSolver& solver) {
-      if (options_.foresee)
-        options_.foresee({.unknowns = solver.size(),
-                          .factorisations = corrections_,
-                          .seconds = solver.expected_seconds(),
-                          .bytes = solver.cost().bytes});
-    };
-    SurfaceField Y{direct_->solve(data, weight, progress, foresee), direct_->coefficients()};
-    level.change.smoothness = direct_->smoothness_term();
-    const FlowSystemCost& cost = direct_->cost();
+  if (!direct_.empty()) {
+    DirectFlowSolver& direct = direct_[std::size_t(at_)];
+    SurfaceField Y;
+    Y.field = direct.solve(data, weight, progress, [&](const DirectSolver& solver) { foresee(solver); });
+    Y.z = direct.coefficients();
+    level.change.smoothness = direct.smoothness_term();
+    const FlowSystemCost& cost = direct.cost();
     level.build_seconds += cost.build_seconds;
     level.solve_seconds += cost.solve_seconds();
     level.unknowns = int(cost.unknowns);
@@ -181,7 +212,7 @@ SurfaceField SurfaceAligner::estimate(double& scale, const Progress& progress) {
   for (int k = 0; k < most_reweightings(); ++k) {
     if (k > 0 && options_.robust_data > 0)
       data = data_terms(space, difference, mean, options_.robust_data, &Y.field);
-    if (k > 0 && options_.robust_smoothness > 0 && !direct_)
+    if (k > 0 && options_.robust_smoothness > 0 && direct_.empty())
       shares = smoothness_shares(mesh(), Y.z, options_.robust_smoothness);
     Y = corrected(data, weight, shares, progress.step("solve", 1.0 / most_reweightings()));
   }
@@ -193,7 +224,7 @@ SurfaceField SurfaceAligner::estimate(double& scale, const Progress& progress) {
 
 double SurfaceAligner::correct(const Progress& progress, double share) {
   double scale = 0;
-  Y_ = estimate(scale, progress.step("step", share).step("solve", direct_ ? 0.97 : 0.8));
+  Y_ = estimate(scale, progress.step("step", share).step("solve", direct_.empty() ? 0.8 : 0.97));
   if (scale > 0) levels_.back().scale = scale;
   return scale;
 }
@@ -214,7 +245,7 @@ void SurfaceAligner::keep_within_reach() {
     vector *= reach / length;
     shortened = true;
   };
-  if (direct_)
+  if (!direct_.empty())
     for (int t = 0; t < mesh().surface().triangle_count(); ++t)
       shorten(now_.field.segment<2>(2 * std::int64_t(t)),
               mesh().reach(mesh().surface().mesh.triangles[t][0]));
@@ -222,7 +253,7 @@ void SurfaceAligner::keep_within_reach() {
     for (int v = 0; v < mesh().vertex_count(); ++v)
       shorten(now_.z.segment<2>(2 * std::int64_t(v)), mesh().reach(v));
   if (!shortened) return;
-  if (!direct_) now_.field = mesh().triangle_field(now_.z);
+  if (direct_.empty()) now_.field = mesh().triangle_field(now_.z);
   ends_ = ends_of(now_);
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 /// Two signals at the vertices of a mesh, aligned level by level on it and on coarser ones.
 
-#include <optional>
 #include <vector>
 
 #include "mq/flow/detail/level_aligner.h"
@@ -10,8 +9,8 @@
 
 namespace mq {
 
-/// X or a correction Y: two components per triangle, and the coefficients z of the basis. Of the direct solver only the
-/// former are brought within reach; the latter say how smooth X is.
+/// X or a correction Y: two components per triangle, and the coefficients z of the basis. Where systems are factored only
+/// the former are brought within reach; the latter say how smooth X is.
 struct SurfaceField {
   Vector field, z;
 };
@@ -26,10 +25,7 @@ class SurfaceAligner final : public LevelAligner<SurfaceField, SurfacePoint> {
                  const Signal& target, double detail);
 
   /// Puts X = 0 on the mesh of the first scale.
-  void begin(const std::vector<FlowScale>& scales) {
-    LevelAligner::begin(scales);
-    corrections_ = int(scales.size()) * (options_.thesis ? 1 : options_.steps) * most_reweightings();
-  }
+  void begin(const std::vector<FlowScale>& scales);
 
   FlowLevel& enter(const FlowScale& scale) override;
   int most_steps() const override;
@@ -56,10 +52,11 @@ class SurfaceAligner final : public LevelAligner<SurfaceField, SurfacePoint> {
   SurfaceField corrected(const DataTerms& terms, double weight, const std::vector<double>& shares,
                          const Progress& progress);
   SurfaceField estimate(double& scale, const Progress& progress);
+  void foresee(const DirectSolver& solver) const;
 
   const FlowMeshes& meshes_;
-  std::optional<DirectFlowSolver> direct_;
-  int corrections_ = 0;  ///< by the direct solver, at most
+  std::vector<DirectFlowSolver> direct_;  ///< one per mesh, where systems are factored
+  int factorisations_ = 0;                ///< on the finest mesh, at most
 };
 
 }  // namespace mq
