@@ -7,13 +7,14 @@
 #include "mq/base/error.h"
 #include "options/signal_options.h"
 #include "mq/io/file_names.h"
+#include "mq/io/vector_field.h"
 
 namespace mq::app {
 namespace {
 
 bool names_strokes(const std::string& name) { return name.ends_with(".json"); }
 bool names_file(const std::string& name) {
-  return name.ends_with(".vf") || name.ends_with(".ply") || names_strokes(name) || names_picture(name);
+  return names_vector_field(name) || names_strokes(name) || names_picture(name);
 }
 
 constexpr const char* known[] = {"max-curvature", "min-curvature", "harmonic", "gradient"};

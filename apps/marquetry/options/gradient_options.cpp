@@ -5,13 +5,14 @@
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
 #include "mq/io/file_names.h"
+#include "mq/io/vector_field.h"
 #include "mq/model/target_gradient.h"
 #include "options/field_options.h"
 
 namespace mq::app {
 namespace {
 
-bool names_table(const std::string& name) { return name.ends_with(".csv"); }
+bool names_table(const std::string& name) { return lower_extension(name) == ".csv"; }
 
 FieldRequest request_of(const std::string& name) {
   return {.kind = names_picture(name) ? FieldRequest::Kind::map : FieldRequest::Kind::file,
@@ -55,7 +56,7 @@ void add_gradient_options(OptionTable& table, const std::string& group) {
              .type = Option::Type::text,
              .count = Option::Count::many,
              .accepts = [](const std::string& name) {
-               return names_table(name) || name.ends_with(".vf") || name.ends_with(".ply") || names_picture(name);
+               return names_table(name) || names_vector_field(name) || names_picture(name);
              },
              .wanted = "a file .vf, .ply or .csv, or a map of vectors: a picture",
              .metavar = "FIELD",

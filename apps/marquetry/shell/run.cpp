@@ -89,22 +89,22 @@ void protect_unnamed(const std::vector<std::filesystem::path>& paths) {
 }  // namespace
 
 void Run::will_write(const std::vector<std::filesystem::path>& paths,
-                     std::set<std::filesystem::path> folders) {
+                     std::set<std::filesystem::path> folders, const std::string& option) {
   namespace fs = std::filesystem;
   std::error_code failure;
   for (const auto& path : paths) {
-    for (const auto& read : inputs_) protect(read, path, "--output");
+    for (const auto& read : inputs_) protect(read, path, option);
     require(!options_.given("report") || full_name(path) != full_name(options_.text("report")),
-            path.string() + ": --output and --report name the same file; choose another for one");
+            path.string() + ": " + option + " and --report name the same file; choose another for one");
   }
   std::set<fs::path> names;
   for (const auto& path : paths)
     require(names.insert(full_name(path)).second,
             path.string() + ": two outputs have this name; choose another for one");
   if (paths.size() > 1 && std::ranges::any_of(paths, names_standard_output))
-    throw IoError(fmt::format("--output: {} files would be written, and standard output takes one: name a folder, or a "
+    throw IoError(fmt::format("{}: {} files would be written, and standard output takes one: name a folder, or a "
                               "file for the first of them{}",
-                              paths.size(),
+                              option, paths.size(),
                               names_model(paths[0]) || names_animation(paths[0]) ? "; glb:- holds all in one" : ""));
   for (const auto& path : paths)
     if (options_.flag("no-clobber") && fs::exists(path, failure))

@@ -63,9 +63,9 @@ class Run {
   /// one of the inputs, or that --no-clobber protects, is refused before any work is done, and so
   /// is a video where there is no ffmpeg. Each of `folders` that is not there (empty: none) is made when
   /// the first file is written to it, and stays only if one is finished. With --dry-run only lists
-  /// the files. Throws `IoError`.
+  /// the files. `option` is what named them. Throws `IoError`.
   void will_write(const std::vector<std::filesystem::path>& paths,
-                  std::set<std::filesystem::path> folders = {});
+                  std::set<std::filesystem::path> folders = {}, const std::string& option = "--output");
   void will_write(const std::vector<std::filesystem::path>& paths, const std::filesystem::path& folder) {
     will_write(paths, std::set{folder});
   }

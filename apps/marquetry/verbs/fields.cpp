@@ -21,8 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool names_vectors(const fs::path& path) { return path.extension() == ".ply" || path.extension() == ".vf"; }
-
 /// Where results go.
 struct FieldOutputs {
   std::optional<Outputs> maps;
@@ -39,7 +37,7 @@ struct FieldOutputs {
 FieldOutputs asked_outputs(const OptionValues& options, const TexturedModel& scene) {
   const std::string name = options.text("output");
   FieldOutputs outputs;
-  if (names_vectors(name)) {
+  if (names_vector_field(name)) {
     outputs.vectors = name;
   } else if (names_picture(name)) {
     require(!works_at_vertices(options, scene),

@@ -156,8 +156,8 @@ Filtered filtered_by_strength(Run& run, const TexturedModel& scene, const ModelS
 Exit filter(Run& run) {
   const OptionValues& options = run.options();
   const bool towards = options.has("gradient");
-  if (!towards) require_strength(options);
   require(towards || !asks_for(options, "gradient-scale"), "--gradient-scale is of a field: name one with --gradient");
+  if (!towards) require_strength(options);
   if (options.flag("geometry")) return filter_geometry(run);
   for (const char* name : {"by-curvature", "smooth-normals", "fit-weight", "fit-steps"})
     require(!asks_for(options, name),

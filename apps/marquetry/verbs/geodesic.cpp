@@ -101,10 +101,6 @@ Exit geodesic(Run& run) {
         "the spread of heat still misses its equation by {:.1g} after {} sweeps: distances may be "
         "wrong; --time 16 helps where charts are much stretched",
         found.change, found.sweeps));
-  // Without --cycles what solves says it.
-  const SolveReport& solved = found.report;
-  if (options.has("cycles") && !solved.converged && !solved.residuals.empty() && solved.residuals.back() < 1)
-    run.terminal().warning(reached(solved) + ": distances may be wrong; more --cycles find them");
   if (found.unreached > 0)
     run.terminal().remark(fmt::format(
         "{} of {} unknowns are on parts of the surface without a source: -1 as numbers, grey as "

@@ -111,19 +111,6 @@ bool is_smoothed(std::span<const NoiseBlock> blocks) {
          second > least_smoothed * flat.high;
 }
 
-/// What the least quarter of sums of squares holds, of what all hold on average: squares of the given variances.
-/// The cube root of a sum is about normal (Wilson and Hilferty).
-double share_of_least(const BlockValues& variance) {
-  double sum = 0, squares = 0;
-  for (int i = 0; i < block_side; ++i)
-    for (int j = 0; j < block_side; ++j)
-      if (const double v = variance[std::size_t(i * block_side + j)]; i + j > 0 && i + j < first_high)
-        sum += v, squares += v * v;
-  const double narrow = 2 * squares / (9 * sum * sum);
-  constexpr double middle_of_flattest = -1.15;  ///< an eighth of a normal variable is less
-  return std::pow(1 - narrow + middle_of_flattest * std::sqrt(narrow), 3);
-}
-
 /// Of noise of deviation 1 at high frequencies.
 BlockValues spectrum_of(const Flattest& flat) {
   const double share = share_of_least(flat.square);

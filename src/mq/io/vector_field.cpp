@@ -15,6 +15,7 @@
 #include "mq/io/atomic_file.h"
 #include "mq/io/detail/held.h"
 #include "mq/io/detail/ply_body.h"
+#include "mq/io/file_names.h"
 
 namespace mq {
 
@@ -30,10 +31,10 @@ Eigen::Matrix<double, 3, 2> edges_of(const Mesh& mesh, int t) {
 
 VectorField read_edge_frames(const std::filesystem::path& path, const Mesh& mesh) {
   const Bytes bytes = read_file(path);
-  std::int32_t count = 0;
+  std::uint32_t count = 0;
   if (bytes.size() >= sizeof count) std::memcpy(&count, bytes.data(), sizeof count);
   const std::size_t wanted = sizeof count + 16 * std::size_t(mesh.triangle_count());
-  if (count != mesh.triangle_count() || bytes.size() != wanted)
+  if (std::int64_t(count) != mesh.triangle_count() || bytes.size() != wanted)
     throw IoError(
         fmt::format("{}: says {} and has {} bytes; a field for this mesh of {} has {}: a 32-bit "
                     "count, then two "
@@ -41,7 +42,7 @@ VectorField read_edge_frames(const std::filesystem::path& path, const Mesh& mesh
                     path.string(), counted(count, "triangle"), bytes.size(),
                     counted(mesh.triangle_count(), "triangle"), wanted));
   VectorField field;
-  for (int t = 0; t < count; ++t) {
+  for (int t = 0; t < mesh.triangle_count(); ++t) {
     Vector2 components;
     std::memcpy(components.data(), bytes.data() + sizeof count + 16 * std::size_t(t), 16);
     if (!components.allFinite())
@@ -171,9 +172,14 @@ void write_properties(const std::filesystem::path& path, const Mesh& mesh,
 
 }  // namespace
 
+bool names_vector_field(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".vf" || extension == ".ply";
+}
+
 VectorField read_vector_field(const std::filesystem::path& path, const Mesh& mesh) {
-  if (path.extension() == ".vf") return read_edge_frames(path, mesh);
-  if (path.extension() == ".ply") return read_properties(path, mesh);
+  if (lower_extension(path) == ".vf") return read_edge_frames(path, mesh);
+  if (lower_extension(path) == ".ply") return read_properties(path, mesh);
   throw IoError(path.string() + ": a vector field comes as .vf or .ply");
 }
 
@@ -181,9 +187,9 @@ void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,
                         const std::vector<Vector3>& field) {
   require(std::ssize(field) == mesh.triangle_count(), "one vector per triangle is needed");
   if (hold_field(path, field)) return;
-  if (path.extension() == ".vf")
+  if (lower_extension(path) == ".vf")
     write_edge_frames(path, mesh, field);
-  else if (path.extension() == ".ply")
+  else if (lower_extension(path) == ".ply")
     write_properties(path, mesh, field);
   else
     throw IoError(path.string() + ": a vector field is written as .vf or .ply");

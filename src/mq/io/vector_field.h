@@ -16,6 +16,9 @@ struct VectorField {
   std::vector<Vector3> vectors;
 };
 
+/// Whether the extension, large or small, is one that vector fields come in.
+bool names_vector_field(const std::filesystem::path& path);
+
 /// Reads, by extension,
 ///
 /// - .vf: a 32-bit count of triangles, then two doubles each, little-endian: a, b of the vector

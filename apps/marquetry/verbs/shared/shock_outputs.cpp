@@ -89,8 +89,7 @@ ShockOutputs::ShockOutputs(Run& run, const Model& model, At at, const std::vecto
     potential_.emplace(potential, model, Outputs::Kind::pictures);
   }
   if (!field.empty()) {
-    const std::string extension = lower_extension(field);
-    const bool vectors = extension == ".ply" || extension == ".vf";
+    const bool vectors = names_vector_field(field);
     require(vectors || (at == At::texels && names_picture(field)),
             unfit("write-field", field, at == At::vertices ? ".ply or .vf" : ".ply, .vf or a picture"));
     if (vectors)
@@ -107,15 +106,23 @@ ShockOutputs::ShockOutputs(Run& run, const Model& model, At at, const std::vecto
                             "their own");
     all.push_back(file(path));
   }
-  if (wanted()) run.will_write(paths());
+  if (const auto files = potential_paths(); !files.empty()) run.will_write(files, {}, "--write-potential");
+  if (const auto files = field_paths(); !files.empty()) run.will_write(files, {}, "--write-field");
+}
+
+std::vector<fs::path> ShockOutputs::potential_paths() const {
+  if (potential_) return potential_->paths();
+  return values_.empty() ? std::vector<fs::path>{} : std::vector<fs::path>{values_};
+}
+
+std::vector<fs::path> ShockOutputs::field_paths() const {
+  if (map_) return map_->paths();
+  return vectors_ ? std::vector<fs::path>{*vectors_} : std::vector<fs::path>{};
 }
 
 std::vector<fs::path> ShockOutputs::paths() const {
-  std::vector<fs::path> all;
-  for (const auto* pictures : {&potential_, &map_})
-    if (*pictures) std::ranges::copy((*pictures)->paths(), std::back_inserter(all));
-  if (!values_.empty()) all.push_back(values_);
-  if (vectors_) all.push_back(*vectors_);
+  std::vector<fs::path> all = potential_paths();
+  std::ranges::copy(field_paths(), std::back_inserter(all));
   return all;
 }
 

@@ -34,7 +34,9 @@ class ShockOutputs {
   void report(Run& run) const;
 
  private:
-  std::vector<std::filesystem::path> paths() const;
+  std::vector<std::filesystem::path> potential_paths() const;
+  std::vector<std::filesystem::path> field_paths() const;
+  std::vector<std::filesystem::path> paths() const;  ///< all
   void write_potential(Run& run, const TexturedModel& scene, const ModelSignal& signal, const Vector& potential) const;
 
   std::optional<Outputs> potential_, map_;          ///< pictures

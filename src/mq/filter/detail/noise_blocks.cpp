@@ -152,6 +152,17 @@ Flattest flattest_part(std::span<const NoiseBlock> blocks, double part, std::siz
   return flattest_of(blocks, std::max(least, std::size_t(part * double(blocks.size()))));
 }
 
+double share_of_least(const BlockValues& variance) {
+  double sum = 0, squares = 0;
+  for (int i = 0; i < block_side; ++i)
+    for (int j = 0; j < block_side; ++j)
+      if (const double v = variance[std::size_t(i * block_side + j)]; i + j > 0 && i + j < first_high)
+        sum += v, squares += v * v;
+  const double narrow = 2 * squares / (9 * sum * sum);
+  constexpr double middle_of_flattest = -1.15;  ///< an eighth of a normal variable is less
+  return std::pow(1 - narrow + middle_of_flattest * std::sqrt(narrow), 3);
+}
+
 double noise_level(const NoiseBlocks& blocks) {
   const std::size_t count = blocks.changing.size() + blocks.constant + blocks.cut_off;
   if (blocks.changing.size() < least_blocks || double(blocks.constant) >= most_constant * double(count)) return 0;

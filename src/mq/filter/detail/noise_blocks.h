@@ -62,6 +62,10 @@ Flattest flattest_part(std::span<const NoiseBlock> blocks, double part, std::siz
 /// The mean over frequencies whose i + j is from `first` to `last`.
 double mean_of(const BlockValues& square, int first, int last);
 
+/// What the least quarter of sums over low frequencies holds, of what all hold on average: of squares of noise with these
+/// variances. The cube root of a sum is about normal (Wilson and Hilferty).
+double share_of_least(const BlockValues& variance);
+
 /// The deviation of noise that is the same everywhere; 0 where there is none.
 double noise_level(const NoiseBlocks& blocks);
 
