@@ -20,7 +20,7 @@ double ring_with_hole(const Vector3& p, double inner) {
 }
 
 /// The radii of the inner tube over time. At 0.12 the hole is closed.
-constexpr double inner_tubes[] = {0.5, 0.4, 0.3, 0.12, 0.12, 0.3, 0.4, 0.5};
+constexpr double inner_tubes[] = {0.55, 0.45, 0.12, 0.12, 0.45, 0.55};
 
 bool is_closed(double inner) { return inner < 0.2; }
 
