@@ -205,11 +205,12 @@ void thesis(int vertices, double shift) {
   lit.detail = {0, Length::Unit::percent};
   run("hierarchical, detail 0", lit);
   for (const auto& [basis, name] : bases) run("thesis, " + name, thesis_flow(basis));
-  for (const auto& [basis, name] : bases) {
-    options.basis = basis;
-    options.solver = FlowSolver::direct;
-    run("direct, " + name, options);
-  }
+  for (const FlowSolver solver : {FlowSolver::hierarchical, FlowSolver::direct})
+    for (const auto& [basis, name] : bases) {
+      options.basis = basis;
+      options.solver = solver;
+      run((solver == FlowSolver::direct ? "direct, " : "hierarchical, ") + name, options);
+    }
 }
 
 /// E by the last length, in spacings, and by what is left out as light.
