@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "filter.h"
 #include "processes.h"
 #include "shell/program.h"
+#include "verbs.h"
 
 namespace {
 
@@ -55,7 +55,7 @@ int main(int argc, char** argv) {
     if (!ours.empty() && !ours[0].starts_with("-") && ours[0] != "help" && !gives(ours, "--threads"))
       ours.insert(ours.begin() + 1, {"--threads", "1"});
     if (!processes.is_first()) leave_out_reports(ours);
-    status = mq::app::run_program({mq::shared::filter_verb()}, ours);
+    status = mq::app::run_program({mq::shared::filter_verb(), mq::shared::stitch_verb()}, ours);
   }
   PetscFinalize();
   return status;

@@ -206,17 +206,7 @@ Verb stitch_verb() {
     table.elsewhere(name, "the verb texture takes photographs with their cameras, chooses among them and stitches them");
   add_model_options(table);
   add_model_output_option(table);
-  table.add({.name = "labels",
-             .type = Type::path,
-             .count = Option::Count::many,
-             .group = "Regions",
-             .help = "a picture per texture: texels of one colour come from one photograph",
-             .details =
-                 "Taken at the nearest pixel, transparent ones are unseen. Without it every "
-                 "chart is a region. With --partial its first channel is the "
-                 "number, from 0, of the photograph that each texel comes from; where that "
-                 "does not show it, and where labels are transparent, the one that does best "
-                 "is taken."});
+  add_labels_option(table);
   table.add({.name = "unseen",
              .type = Type::text,
              .accepts = [](const std::string& text) { return parse_label(text).has_value(); },
@@ -226,16 +216,7 @@ Verb stitch_verb() {
              .help = "the label of texels that no photograph shows: they are filled in"});
   add_partial_options(table);
   add_levels_option(table);
-  table.add({.name = "borders",
-             .type = Type::choice,
-             .default_value = "continued",
-             .choices = {"continued", "level", "published"},
-             .group = "Stitch",
-             .help = "continued: each region goes on past its border as it runs there; level: no differences are asked for "
-                     "there; published: nor where nothing is seen",
-             .details = "What slopes across a border becomes flat there by the last two. published, with --alpha 0.01 and "
-                        "--exposure keep, is the thesis' stitching: texels that nobody sees keep the colours they have, "
-                        "of several photographs the mean, and lose their differences."});
+  add_borders_option(table);
   add_spread_options(table, usual_photograph_length, "Stitch", "how far steps between photographs are spread");
   add_solver_options(table);
   add_space_option(table);

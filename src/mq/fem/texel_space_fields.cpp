@@ -85,6 +85,7 @@ void TexelSpace::for_each_piece(const std::function<void(const TexelSamples&)>& 
     for (int row = first; row < end; ++row) {
       const auto near = d.near_row(t, row);
       for_each_piece_in_row(d.atlas.corners[t], row, [&](const Piece& piece) {
+        if (!d.marked.empty() && !d.marked[std::size_t(d.grid.cell(texture, piece.column, row))]) return;
         cell.start(texture, piece.column, row, NearSeams::cell(near, piece.column));
         bilinear.clear();
         cell.add_piece(t, piece, bilinear);

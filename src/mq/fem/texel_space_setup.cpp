@@ -21,7 +21,7 @@ constexpr double bytes_per_texel = 100;
 }  // namespace
 
 void TexelSpace::Data::integrate(const TexelSpaceOptions& options, const Progress& progress) {
-  const std::vector<char>& marked = options.cells;
+  marked = options.cells;
   const double count = marked.empty() ? atlas.texel_area : double(std::ranges::count(marked, 1));
   require_memory(std::int64_t(bytes_per_texel * count), fmt::format("the space of {:.3g} million texels", 1e-6 * count),
                  "take smaller pictures, or a machine with more");
@@ -37,9 +37,9 @@ void TexelSpace::Data::integrate(const TexelSpaceOptions& options, const Progres
   near = std::make_unique<NearSeams>(atlas, *seams);
   progress.step("find seams", 0.1).at(1);
   const bool soft = options.seams == TexelSpaceOptions::Seams::soft;
-  require(options.cells.empty() || std::ssize(options.cells) == grid.cell_count(), "one mark per cell is needed");
+  require(marked.empty() || std::ssize(marked) == grid.cell_count(), "one mark per cell is needed");
   cells = integrate_cells(surface, atlas, metrics, grid, seams.get(), soft ? nullptr : near.get(),
-                          options.cells, progress.step("cut and integrate", 0.6));
+                          marked, progress.step("cut and integrate", 0.6));
   if (soft) {
     add_soft_seams(options.seam_penalty);
     near.reset();

@@ -33,24 +33,12 @@ double weighted_median(std::vector<Step>& steps) {
   return steps.back().value;
 }
 
-/// The pairs of unknowns where two regions a < b meet, i in a.
-struct Border {
-  std::vector<std::pair<int, int>> pairs;
-  std::vector<double> weights;
-};
+/// Per two regions that meet, the pairs that are theirs.
+using Borders = std::map<std::array<int, 2>, std::vector<Eigen::Index>>;
 
-using Borders = std::map<std::pair<int, int>, Border>;
-
-Borders borders_of(const SparseMatrix& stiffness, std::span<const int> labels) {
+Borders borders_of(const RegionPairs& pairs) {
   Borders borders;
-  for (int i = 0; i < int(labels.size()); ++i)
-    for (SparseMatrix::InnerIterator it(stiffness, i); it; ++it) {
-      const int j = int(it.col()), a = labels[std::size_t(i)], b = labels[std::size_t(j)];
-      if (a >= b || a == unseen || b == unseen || !(it.value() < 0)) continue;
-      Border& border = borders[{a, b}];
-      border.pairs.emplace_back(i, j);
-      border.weights.push_back(-it.value());
-    }
+  for (std::size_t k = 0; k < pairs.regions.size(); ++k) borders[pairs.regions[k]].push_back(Eigen::Index(k));
   return borders;
 }
 
@@ -74,20 +62,20 @@ struct Said {
   double median = 0, spread = 0, pairs = 0;
 };
 
-Said said(const Border& border, const Signal& psi, Eigen::Index channel, LightLaw law) {
+Said said(const RegionPairs& pairs, const std::vector<Eigen::Index>& border, Eigen::Index channel, LightLaw law) {
   std::vector<Step> steps;
-  double pairs = 0;
-  for (std::size_t k = 0; k < border.pairs.size(); ++k) {
-    const double from = psi(border.pairs[k].first, channel), to = psi(border.pairs[k].second, channel);
+  double count = 0;
+  for (const Eigen::Index k : border) {
+    const double from = pairs.from(k, channel), to = pairs.to(k, channel);
     const double credible = std::min(credence(from, law), credence(to, law));
     if (!(credible > 0)) continue;
-    steps.push_back({log_light(to, law) - log_light(from, law), credible * border.weights[k]});
-    pairs += credible;
+    steps.push_back({log_light(to, law) - log_light(from, law), credible * pairs.weights[std::size_t(k)]});
+    count += credible;
   }
   if (steps.empty()) return {};
   const double median = weighted_median(steps);
   for (Step& step : steps) step.value = std::abs(step.value - median);
-  return {median, 1.4826 * weighted_median(steps), pairs};
+  return {median, 1.4826 * weighted_median(steps), count};
 }
 
 /// The median of their spreads, by pairs: of a border of three pairs its own says little.
@@ -98,9 +86,9 @@ double usual_spread(const std::vector<Said>& all) {
 }
 
 /// The minimiser for one channel.
-Vector gains_of(const Borders& borders, const Signal& psi, Eigen::Index channel, int count, LightLaw law) {
+Vector gains_of(const RegionPairs& of, const Borders& borders, Eigen::Index channel, int count, LightLaw law) {
   std::vector<Said> all;
-  for (const auto& [sides, border] : borders) all.push_back(said(border, psi, channel, law));
+  for (const auto& [sides, border] : borders) all.push_back(said(of, border, channel, law));
   double squares = 0, pairs = 0;
   for (const Said& one : all) squares += one.pairs * one.median * one.median, pairs += one.pairs;
   const double prior = pairs > 0 ? 4 * squares / pairs : 0, usual = usual_spread(all);
@@ -133,13 +121,13 @@ std::vector<int> parts_of(int count, const Borders& borders) {
     while (part[std::size_t(a)] != a) a = part[std::size_t(a)] = part[std::size_t(part[std::size_t(a)])];
     return a;
   };
-  for (const auto& [sides, border] : borders) part[std::size_t(root(sides.second))] = root(sides.first);
+  for (const auto& [sides, border] : borders) part[std::size_t(root(sides[1]))] = root(sides[0]);
   for (int a = 0; a < count; ++a) part[std::size_t(a)] = root(a);
   return part;
 }
 
 /// Makes the mean of each part 0.
-void centre(const std::vector<int>& part, const std::vector<double>& areas, Signal& levels) {
+void centre(const std::vector<int>& part, std::span<const double> areas, Signal& levels) {
   Signal sums = Signal::Zero(levels.rows(), levels.cols());
   std::vector<double> area(areas.size(), 0);
   for (std::size_t a = 0; a < areas.size(); ++a) {
@@ -152,21 +140,61 @@ void centre(const std::vector<int>& part, const std::vector<double>& areas, Sign
 
 }  // namespace
 
-RegionLevels::RegionLevels(const SparseMatrix& stiffness, const Vector& mass, const Signal& psi,
-                           std::span<const int> labels, LightLaw law)
-    : law_(law) {
-  require(stiffness.rows() == psi.rows() && mass.size() == psi.rows() && std::ssize(labels) == psi.rows(),
-          fmt::format("exposure of regions: a stiffness of {} rows, {} masses, a signal of {} rows and {} labels do "
-                      "not fit",
-                      stiffness.rows(), mass.size(), psi.rows(), labels.size()));
+RegionPairs region_pairs(const SparseMatrix& stiffness, const Signal& psi, std::span<const int> labels,
+                         std::span<const int> rows) {
+  require(stiffness.rows() == psi.rows() && std::ssize(labels) == psi.rows(),
+          fmt::format("exposure of regions: a stiffness of {} rows, a signal of {} rows and {} labels do not fit",
+                      stiffness.rows(), psi.rows(), labels.size()));
+  RegionPairs pairs;
+  std::vector<std::array<int, 2>> unknowns;
+  for (const int i : rows)
+    for (SparseMatrix::InnerIterator it(stiffness, i); it; ++it) {
+      const int j = int(it.col()), a = labels[std::size_t(i)], b = labels[std::size_t(j)];
+      if (a >= b || a == unseen || b == unseen || !(it.value() < 0)) continue;
+      pairs.regions.push_back({a, b});
+      pairs.weights.push_back(-it.value());
+      unknowns.push_back({i, j});
+    }
+  pairs.from.resize(std::ssize(unknowns), psi.cols());
+  pairs.to.resize(std::ssize(unknowns), psi.cols());
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    pairs.from.row(Eigen::Index(k)) = psi.row(unknowns[k][0]);
+    pairs.to.row(Eigen::Index(k)) = psi.row(unknowns[k][1]);
+  }
+  return pairs;
+}
+
+namespace {
+
+std::vector<int> all_rows(Eigen::Index count) {
+  std::vector<int> rows(std::size_t(count), 0);
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
+}
+
+/// The area of each region.
+std::vector<double> region_areas(const Vector& mass, std::span<const int> labels) {
+  require(mass.size() == std::ssize(labels),
+          fmt::format("exposure of regions: {} masses and {} labels do not fit", mass.size(), labels.size()));
   const int count = labels.empty() ? 0 : std::max(0, 1 + *std::ranges::max_element(labels));
-  gains_ = Signal::Zero(count, colour_channels(int(psi.cols())));
-  const Borders borders = borders_of(stiffness, labels);
-  if (borders.empty()) return;
   std::vector<double> areas(std::size_t(count), 0);
   for (std::size_t i = 0; i < labels.size(); ++i)
     if (labels[i] != unseen) areas[std::size_t(labels[i])] += mass[Eigen::Index(i)];
-  for (Eigen::Index c = 0; c < gains_.cols(); ++c) gains_.col(c) = gains_of(borders, psi, c, count, law);
+  return areas;
+}
+
+}  // namespace
+
+RegionLevels::RegionLevels(const SparseMatrix& stiffness, const Vector& mass, const Signal& psi,
+                           std::span<const int> labels, LightLaw law)
+    : RegionLevels(region_pairs(stiffness, psi, labels, all_rows(psi.rows())), region_areas(mass, labels), law) {}
+
+RegionLevels::RegionLevels(const RegionPairs& pairs, std::span<const double> areas, LightLaw law) : law_(law) {
+  const int count = int(areas.size());
+  gains_ = Signal::Zero(count, colour_channels(int(pairs.from.cols())));
+  const Borders borders = borders_of(pairs);
+  if (borders.empty()) return;
+  for (Eigen::Index c = 0; c < gains_.cols(); ++c) gains_.col(c) = gains_of(pairs, borders, c, count, law);
   centre(parts_of(count, borders), areas, gains_);
 }
 

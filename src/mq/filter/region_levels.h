@@ -18,6 +18,7 @@
 /// A gradient-domain solve that spreads corrections over the whole surface finds levels too, but from means, and
 /// believes all borders alike: over a row of photographs its errors add up.
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -32,6 +33,18 @@ inline constexpr int unseen = -1;
 /// How many pairs of a border count as one that is independent.
 inline constexpr double border_stretch = 8;
 
+/// Pairs of neighbouring unknowns in two regions a < b: what all borders have to say.
+struct RegionPairs {
+  std::vector<std::array<int, 2>> regions;  ///< a, b
+  std::vector<double> weights;              ///< −S_ij
+  Signal from, to;                          ///< values of i in a, and of j in b
+};
+
+/// Those whose unknown of the lower label is one of `rows`, in their order; in a part of a space its own rows. Throws
+/// `InvalidInput` where sizes differ.
+RegionPairs region_pairs(const SparseMatrix& stiffness, const Signal& psi, std::span<const int> labels,
+                         std::span<const int> rows);
+
 class RegionLevels {
  public:
   /// None: nothing is changed.
@@ -42,6 +55,9 @@ class RegionLevels {
   /// Throws `InvalidInput` where sizes differ.
   RegionLevels(const SparseMatrix& stiffness, const Vector& mass, const Signal& psi, std::span<const int> labels,
                LightLaw law);
+
+  /// The same of all pairs and the area of each region.
+  RegionLevels(const RegionPairs& pairs, std::span<const double> areas, LightLaw law);
 
   /// Logarithms of the gains, a row for each label and a column for each colour channel; no rows: none.
   const Signal& gains() const { return gains_; }

@@ -15,11 +15,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
+#include <numeric>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/filter/weak_unknowns.h"
 #include "mq/linear/coupled_pairs.h"
 
 namespace mq {
@@ -108,12 +109,10 @@ std::map<int, Slope> border_slopes(const Ground& ground, const Signal& psi,
 }
 
 /// The change for regions that go on with the values `beyond(label, j, v)` where it returns true,
-/// and elsewhere along their slopes.
-template <class Beyond>
-Signal change(const Ground& ground, const Signal& psi, std::span<const int> labels,
+/// and elsewhere along their slopes, slope_of(i).
+template <class SlopeOf, class Beyond>
+Signal change(const Ground& ground, const Signal& psi, std::span<const int> labels, const SlopeOf& slope_of,
               const Beyond& beyond) {
-  require_sizes(ground, psi, labels);
-  const std::map<int, Slope> slopes = border_slopes(ground, psi, labels);
   Signal result = Signal::Zero(psi.rows(), psi.cols());
   Signal d;
   Eigen::RowVectorXd v(psi.cols());
@@ -132,7 +131,7 @@ Signal change(const Ground& ground, const Signal& psi, std::span<const int> labe
           v.setZero();
           for (const int i : element.own)
             if (labels[i] == label)
-              v += psi.row(i) + slopes.at(i).along(ground.positions[j] - ground.positions[i]);
+              v += psi.row(i) + slope_of(i).along(ground.positions[j] - ground.positions[i]);
           v /= n;
         }
         d.row(k) += n / corners * (v - psi.row(j));
@@ -142,6 +141,13 @@ Signal change(const Ground& ground, const Signal& psi, std::span<const int> labe
         result.row(element.unknowns[k]) += element.stiffness[k * count + m] * d.row(m);
   });
   return result;
+}
+
+template <class Beyond>
+Signal change(const Ground& ground, const Signal& psi, std::span<const int> labels, const Beyond& beyond) {
+  require_sizes(ground, psi, labels);
+  const std::map<int, Slope> slopes = border_slopes(ground, psi, labels);
+  return change(ground, psi, labels, [&](int i) -> const Slope& { return slopes.at(i); }, beyond);
 }
 
 Signal change_of_regions(const Ground& ground, const Signal& psi, std::span<const int> labels) {
@@ -199,6 +205,36 @@ Signal change_of_partials(const Ground& ground, std::span<const Partial> partial
 
 Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<const int> labels) {
   return change_of_regions({space, space.stiffness(), space.positions()}, psi, labels);
+}
+
+Signal region_slopes(const SignalSpace& space, const SparseMatrix& stiffness, const Signal& psi,
+                     std::span<const int> labels) {
+  const std::vector<Vector3> positions = space.positions();
+  const Ground ground{space, stiffness, positions};
+  require_sizes(ground, psi, labels);
+  const Eigen::Index channels = psi.cols();
+  Signal rows = Signal::Zero(psi.rows(), 4 * channels);
+  for (const auto& [i, slope] : border_slopes(ground, psi, labels)) {
+    for (Eigen::Index c = 0; c < channels; ++c) rows.row(i).segment(3 * c, 3) = slope.gradient.col(c).transpose();
+    rows.row(i).tail(channels) = slope.most;
+  }
+  return rows;
+}
+
+Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<const int> labels, const Signal& slopes) {
+  const Eigen::Index channels = psi.cols();
+  require(slopes.rows() == psi.rows() && slopes.cols() == 4 * channels && std::ssize(labels) == psi.rows() &&
+              space.size() == psi.rows(),
+          fmt::format("stitching: slopes of {} × {}, a signal of {} × {}, {} labels and {} unknowns do not fit", slopes.rows(),
+                      slopes.cols(), psi.rows(), channels, labels.size(), space.size()));
+  const std::vector<Vector3> positions = space.positions();
+  const SparseMatrix none;
+  const auto slope_of = [&](int i) {
+    Slope slope{Eigen::Matrix<double, 3, Eigen::Dynamic>(3, channels), slopes.row(i).tail(channels)};
+    for (Eigen::Index c = 0; c < channels; ++c) slope.gradient.col(c) = slopes.row(i).segment(3 * c, 3).transpose();
+    return slope;
+  };
+  return change({space, none, positions}, psi, labels, slope_of, [](int, int, auto&) { return false; });
 }
 
 Signal level_borders(const SignalSpace& space, const Signal& psi, std::span<const int> labels) {
@@ -263,34 +299,13 @@ Signal seen_only(const SparseMatrix& S, const SeenBorder& border, const Vector& 
   return result;
 }
 
-/// δ of unknowns that hardly meet the surface, brought into the range of those next to them that
-/// meet it five times as much. Next to a border such a texel is told a step of its own, by cells of
-/// which it has a small part, and little else speaks for a value there.
+/// δ of those that are weak, bounded.
 void bound_weak(const SparseMatrix& S, std::span<const int> labels, Signal& delta) {
-  constexpr double times = 5;
-  const Vector diagonal = S.diagonal();
-  std::vector<char> is_weak(labels.size(), 0);
-  parallel_for(delta.rows(), [&](std::int64_t i) {
-    if (labels[i] == unseen || !(diagonal[i] > 0)) return;
-    for (SparseMatrix::InnerIterator it(S, i); it && !is_weak[i]; ++it)
-      is_weak[i] = labels[it.col()] == labels[i] && diagonal[it.col()] >= times * diagonal[i];
-  });
-  // Those that meet it more come first, since they bound the others.
-  std::vector<int> weak;
-  for (std::size_t i = 0; i < is_weak.size(); ++i)
-    if (is_weak[i]) weak.push_back(int(i));
-  std::ranges::stable_sort(weak, [&](int a, int b) { return diagonal[a] > diagonal[b]; });
-  for (const int i : weak) {
-    Eigen::RowVectorXd low =
-        Eigen::RowVectorXd::Constant(delta.cols(), std::numeric_limits<double>::infinity());
-    Eigen::RowVectorXd high = -low;
-    for (SparseMatrix::InnerIterator it(S, i); it; ++it)
-      if (labels[it.col()] == labels[i] && diagonal[it.col()] >= times * diagonal[i]) {
-        low = low.cwiseMin(delta.row(it.col()));
-        high = high.cwiseMax(delta.row(it.col()));
-      }
-    delta.row(i) = delta.row(i).cwiseMax(low).cwiseMin(high);
-  }
+  std::vector<int> rows(labels.size());
+  std::iota(rows.begin(), rows.end(), 0);
+  const WeakUnknowns weak(S, S.diagonal(), labels, rows);
+  const Signal asked = delta;
+  weak.bound(asked, delta);
 }
 
 /// Σ_i a_ic b_ic per channel, in fixed blocks.

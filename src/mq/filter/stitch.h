@@ -42,6 +42,9 @@ enum class Borders {
   published   ///< the same, and where something is unseen none either: it keeps its values and loses its differences
 };
 
+/// The pixel of a label picture, of any size, that is nearest to a texel of a texture of this size.
+std::span<const float> nearest_pixel(const Texels::Place& texel, const TextureSize& texture, const Image<float>& picture);
+
 /// Labels that pictures show, one for each texture and painted in its coordinates: texels of equal
 /// colour at the nearest pixel have equal labels, counted from 0 in the order of the unknowns.
 /// Texels of the colour `unseen_colour` (all its values within 5e-6), and where a last of two or
@@ -58,6 +61,15 @@ Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<con
 /// The same as published: −∫ ⟨ω, ∇φ_t⟩ dA of the field ω = Σ (ψ_j − ψ_i)(φ_i ∇φ_j − φ_j ∇φ_i) over the pairs (i, j) of
 /// different labels, both seen, that S couples. It leaves no slope across a border, of a step and of what is there alike.
 Signal level_borders(const SignalSpace& space, const Signal& psi, std::span<const int> labels);
+
+/// How regions go on around the unknowns where they meet, a row for each unknown of the space: the three components of g
+/// channel by channel, then the largest step to a neighbour of each. 0 elsewhere. In a part of a space, whose rows
+/// of S are whole for its own unknowns alone, theirs are right and the others are to be fetched.
+Signal region_slopes(const SignalSpace& space, const SparseMatrix& stiffness, const Signal& psi,
+                     std::span<const int> labels);
+
+/// `stitch_regions` with these slopes.
+Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<const int> labels, const Signal& slopes);
 
 /// One photograph, as a signal on the whole surface and how well it shows each unknown.
 struct Partial {

@@ -7,39 +7,33 @@
 #include <map>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/filter/stitch.h"
 #include "mq/image/colour.h"
 
 namespace mq {
-namespace {
-
-/// The pixel of a picture that is nearest to a texel.
-std::span<const float> nearest_pixel(const Texels::Place& at, std::span<const TextureSize> textures,
-                                     std::span<const Image<float>> pictures) {
-  const Image<float>& picture = pictures[at.texture];
+std::span<const float> nearest_pixel(const Texels::Place& texel, const TextureSize& texture, const Image<float>& picture) {
   require(!picture.empty(), "a label picture has no pixels");
   const auto nearest = [](int i, int from, int to) {
     return std::min(to - 1, int(std::int64_t(2 * i + 1) * to / (2 * std::int64_t(from))));
   };
-  return picture.pixel(nearest(at.x, textures[at.texture].width, picture.width()),
-                       nearest(at.y, textures[at.texture].height, picture.height()));
+  return picture.pixel(nearest(texel.x, texture.width, picture.width()),
+                       nearest(texel.y, texture.height, picture.height()));
 }
-
-}  // namespace
 
 std::vector<int> labels_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
                                     std::span<const Image<float>> pictures,
                                     const std::optional<std::vector<float>>& unseen_colour) {
   require(pictures.size() == textures.size(),
-          fmt::format("{} label pictures for {} textures: give one each", pictures.size(),
-                      textures.size()));
+          fmt::format("{} for {}: give one each", counted(std::ssize(pictures), "label picture"),
+                      counted(std::ssize(textures), "texture")));
   std::map<std::vector<float>, int> label_of;
   std::vector<int> labels;
   labels.reserve(std::size_t(texels.size()));
   std::vector<float> colour, last;
   int last_label = unseen;
   for (const Texels::Place& at : texels.places) {
-    const auto pixel = nearest_pixel(at, textures, pictures);
+    const auto pixel = nearest_pixel(at, textures[std::size_t(at.texture)], pictures[std::size_t(at.texture)]);
     colour.assign(pixel.begin(), pixel.end());
     if (labels.empty() || colour != last) {
       const int colours = colour_channels(int(colour.size()));
@@ -63,12 +57,12 @@ std::vector<int> numbers_of_pictures(const Texels& texels, std::span<const Textu
                                      std::span<const Image<float>> pictures,
                                      std::span<const double> steps) {
   require(pictures.size() == textures.size() && steps.size() == textures.size(),
-          fmt::format("{} label pictures for {} textures: give one each", pictures.size(),
-                      textures.size()));
+          fmt::format("{} for {}: give one each", counted(std::ssize(pictures), "label picture"),
+                      counted(std::ssize(textures), "texture")));
   std::vector<int> numbers;
   numbers.reserve(std::size_t(texels.size()));
   for (const Texels::Place& at : texels.places) {
-    const auto pixel = nearest_pixel(at, textures, pictures);
+    const auto pixel = nearest_pixel(at, textures[std::size_t(at.texture)], pictures[std::size_t(at.texture)]);
     const bool transparent =
         colour_channels(int(pixel.size())) < int(pixel.size()) && pixel.back() == 0;
     numbers.push_back(transparent ? unseen : int(std::lround(pixel[0] * steps[at.texture])));

@@ -23,13 +23,6 @@ double most_of(Depth depth) {
   return depth == Depth::u16 ? 65535 : 1;
 }
 
-void require_exact(const Texture& picture) {
-  require(picture.format.file_format != "jpeg",
-          fmt::format("{}: {}: JPEG does not keep colours exactly, so that regions cannot be told "
-                      "apart: save it as PNG",
-                      picture.path.string(), option_name("labels")));
-}
-
 /// As the pixels of the picture.
 std::vector<float> as_pixel(const std::vector<double>& colour, const Texture& picture) {
   const int channels = colour_channels(picture.pixels.channels());
@@ -45,6 +38,13 @@ std::vector<float> as_pixel(const std::vector<double>& colour, const Texture& pi
 }
 
 }  // namespace
+
+void require_exact(const Texture& picture) {
+  require(picture.format.file_format != "jpeg",
+          fmt::format("{}: {}: JPEG does not keep colours exactly, so that regions cannot be told "
+                      "apart: save it as PNG",
+                      picture.path.string(), option_name("labels")));
+}
 
 std::int64_t StitchRegions::count() const {
   std::set<int> regions(labels.begin(), labels.end());

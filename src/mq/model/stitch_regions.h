@@ -27,6 +27,9 @@ struct StitchRegions {
   bool is_stitchable() const { return count() > 1 || (count() == 1 && count_unseen() > 0); }
 };
 
+/// Throws `InvalidInput` naming the picture where colours that are to be told apart were kept as JPEG.
+void require_exact(const Texture& labels);
+
 /// The model's own colours, and the regions that `labels` paint, one picture for each of its
 /// textures
 /// (`labels_of_pictures`). None: every chart is a region. `unseen_colour` is the label of what no

@@ -94,6 +94,33 @@ std::vector<int> asked_photographs(const OptionValues& options, const TexturedMo
   return wanted_photographs(target, scene.texture_sizes, read_labels(options), count);
 }
 
+void add_labels_option(OptionTable& table) {
+  table.add({.name = "labels",
+             .type = Option::Type::path,
+             .count = Option::Count::many,
+             .group = "Regions",
+             .help = "a picture per texture: texels of one colour come from one photograph",
+             .details =
+                 "Taken at the nearest pixel, transparent ones are unseen. Without it every "
+                 "chart is a region. With --partial its first channel is the "
+                 "number, from 0, of the photograph that each texel comes from; where that "
+                 "does not show it, and where labels are transparent, the one that does best "
+                 "is taken."});
+}
+
+void add_borders_option(OptionTable& table) {
+  table.add({.name = "borders",
+             .type = Option::Type::choice,
+             .default_value = "continued",
+             .choices = {"continued", "level", "published"},
+             .group = "Stitch",
+             .help = "continued: each region goes on past its border as it runs there; level: no differences are asked for "
+                     "there; published: nor where nothing is seen",
+             .details = "What slopes across a border becomes flat there by the last two. published, with --alpha 0.01 and "
+                        "--exposure keep, is the thesis' stitching: texels that nobody sees keep the colours they have, "
+                        "of several photographs the mean, and lose their differences."});
+}
+
 void add_levels_option(OptionTable& table) {
   table.add({.name = "exposure",
              .type = Option::Type::choice,

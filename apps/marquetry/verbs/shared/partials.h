@@ -31,7 +31,9 @@ std::vector<Texture> read_labels(const OptionValues& options);
 std::vector<Partial> read_partials(const OptionValues& options, const TexturedModel& scene,
                                    const TextureSignal& target);
 
-/// Adds --exposure of `stitch`.
+/// Adds --labels, --borders, --exposure of `stitch`.
+void add_labels_option(OptionTable& table);
+void add_borders_option(OptionTable& table);
 void add_levels_option(OptionTable& table);
 
 /// The gains of regions before they are stitched (`Stitcher::levels`); none where --exposure keeps them, or values are

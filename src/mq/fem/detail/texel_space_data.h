@@ -64,6 +64,7 @@ struct TexelSpace::Data {
   std::unique_ptr<Seams> seams;
   std::unique_ptr<NearSeams> near;
   TexelCells cells;
+  std::vector<char> marked;  ///< cells that are there; empty: all
   Texels texels;
   std::vector<int> unknown;        ///< per texel of the grid its unknown, or -1
   std::vector<int> block_offsets;  ///< per unknown: its seam blocks ...

@@ -1,10 +1,11 @@
 #pragma once
-/// The verb filter of marquetry-mpi.
+/// The verbs whose work several processes share.
 
 #include "shell/verb.h"
 
 namespace mq::shared {
 
 app::Verb filter_verb();
+app::Verb stitch_verb();
 
 }  // namespace mq::shared

@@ -1,0 +1,95 @@
+#include "equation.h"
+
+#include <fmt/format.h>
+
+#include "mq/linear/conjugate_gradients.h"
+#include "mq/model/solving.h"
+#include "options/signal_options.h"
+#include "options/solver_options.h"
+#include "preconditioners.h"
+#include "shell/results.h"
+
+namespace mq::shared {
+
+using app::Run;
+using app::Step;
+
+namespace {
+
+constexpr int usual_cycles = 200;
+
+/// Finer than that of one process, so that pictures of any number of processes differ by less than 1e-6.
+constexpr double usual_tolerance = 1e-7;
+
+Solver asked_solver(const OptionValues& options) {
+  const std::string name = options.text("solver");
+  return name == "boomeramg" ? Solver::boomeramg : name == "gamg" ? Solver::gamg : Solver::multigrid;
+}
+
+}  // namespace
+
+void add_shared_solver_options(OptionTable& table) {
+  table.add({.name = "solver",
+             .type = Option::Type::choice,
+             .default_value = "multigrid",
+             .choices = {"multigrid", "boomeramg", "gamg"},
+             .metavar = "HOW",
+             .group = "Solver",
+             .help = "what iterations are preconditioned by",
+             .details = "multigrid: the cycle of marquetry in every process, and a coarse level that all share. "
+                        "boomeramg, gamg: the algebraic multigrids of hypre and PETSc, to compare with."});
+  app::add_stopping_options(table, app::as_typed(usual_tolerance),
+                            fmt::format("Else they give up after {}, with a warning.", usual_cycles));
+}
+
+SharedEquation::SharedEquation(Run& run, const Processes& processes, const Numbering& numbering, TexelPart& part,
+                               double weight)
+    : run_(run), processes_(processes), numbering_(numbering), part_(part) {
+  const Step step(run, "assemble", 0.2);
+  SparseMatrix A;
+  processes.together([&] {
+    if (part.empty()) return;
+    A = part.space().regularised_system(1, weight, step);
+    texels_ = part.space().texels();
+    part.let_go_of_space();
+  });
+  processes.talking([&] { matrix_ = std::make_unique<SharedMatrix>(A, processes, part, numbering); });
+}
+
+Signal SharedEquation::solve(const Signal& B) {
+  Signal X = Signal::Zero(B.rows(), B.cols());
+  const double largest = processes_.largest(B.size() > 0 ? B.cwiseAbs().maxCoeff() : 0);
+  if (largest == 0) {
+    run_.solve = app::solve_json(nothing_to_solve());
+    return X;
+  }
+  const StoppingRule stop = app::stopping_rule(run_.options());
+  SolveReport report;
+  std::unique_ptr<SharedPreconditioner> preconditioner;
+  {
+    const Step step(run_, "prepare", 0.2);
+    processes_.talking([&] {
+      preconditioner = make_preconditioner(asked_solver(run_.options()), processes_, *matrix_, numbering_,
+                                           part_, texels_);
+    });
+    texels_ = {};
+  }
+  const Step step(run_, "solve", 0.3);
+  processes_.talking([&] {
+    const SharedSystem shared{
+        .multiply = [&](const Signal& of, Signal& product) { matrix_->multiply(of, product); },
+        .sum = [&](std::span<double> values) { processes_.sum(values); },
+        .largest = [&](std::span<double> values) { processes_.largest(values); }};
+    report = conjugate_gradients(shared, B, X,
+                                 [&](const Signal& R, Signal& Z) { preconditioner->apply(R, Z); },
+                                 {.tolerance = stop.tolerance,
+                                  .max_cycles = stop.max_cycles.value_or(usual_cycles),
+                                  .stop = ConjugateGradientOptions::Stop::residual_error});
+  });
+  report.method = preconditioner->name();
+  run_.solve = app::solve_json(report);
+  if (!report.converged) run_.terminal().warning(reached(report));
+  return X;
+}
+
+}  // namespace mq::shared
