@@ -98,7 +98,7 @@ TEST(SharedFilter, SaysOnceWhatIsWrongAndLeavesNothing) {
     const Result result = mpirun(folder, 3, words);
     EXPECT_EQ(result.status, 2) << result.error;
     EXPECT_FALSE(fs::exists(folder / "out"));
-    const std::string said = "marquetry filter: ";
+    const std::string said = "marquetry-mpi filter: ";
     const auto last = result.error.rfind(said);
     EXPECT_NE(last, std::string::npos) << result.error;
     const std::string message = result.error.substr(last, 60);

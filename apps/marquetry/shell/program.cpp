@@ -33,14 +33,16 @@ namespace mq::app {
 namespace {
 
 std::string overview(const std::vector<Verb>& verbs) {
-  std::string text =
-      "usage: marquetry VERB INPUT... -o OUTPUT [options]\n\n"
-      "Signal processing on textured triangle meshes.\n\n";
+  const std::string& program = verbs.front().table.program();
+  std::string text = "usage: " + program +
+                     " VERB INPUT... -o OUTPUT [options]\n\n"
+                     "Signal processing on textured triangle meshes.\n\n";
   for (const Verb& verb : verbs)
     text += fmt::format("  {:<12}{}\n", verb.table.verb(), wrap_text(verb.table.summary(), 80, 14));
   return text +
-         "\n'marquetry VERB -h' is short help, 'marquetry VERB --help' all there is to know;\n"
-         "'marquetry help VERB' leaves out what verbs share, which 'marquetry help options' has.\n";
+         fmt::format("\n'{0} VERB -h' is short help, '{0} VERB --help' all there is to know;\n"
+                     "'{0} help VERB' leaves out what verbs share, which '{0} help options' has.\n",
+                     program);
 }
 
 /// What is said to who gives no word at all.
@@ -187,7 +189,7 @@ Exit guarded(const std::vector<Verb>& verbs, const std::vector<std::string>& wor
   const bool named = !words.empty() && std::ranges::any_of(verbs, [&](const Verb& verb) {
     return verb.table.verb() == words[0];
   });
-  Terminal terminal(named ? words[0] : "");
+  Terminal terminal(named ? words[0] : "", verbs.front().table.program());
   const auto fail = [&](const std::string& message) { say_error(message, words, terminal); };
   try {
     const Interrupt interrupt(terminal);

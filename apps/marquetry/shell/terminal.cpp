@@ -64,8 +64,8 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text;
 }
 
-Terminal::Terminal(const std::string& verb)
-    : prefix_(verb.empty() ? "marquetry: " : "marquetry " + verb + ": "),
+Terminal::Terminal(const std::string& verb, const std::string& program)
+    : prefix_(verb.empty() ? program + ": " : program + " " + verb + ": "),
       is_terminal_(isatty(STDERR_FILENO) != 0),
       colored_(is_terminal_ && !environment_has("NO_COLOR")) {}
 

@@ -26,7 +26,8 @@ class Terminal : public Messages {
  public:
   enum class Voice { normal, quiet };
 
-  explicit Terminal(const std::string& verb);
+  /// Of a verb, or of the program where there is none, which begins every line.
+  explicit Terminal(const std::string& verb, const std::string& program = "marquetry");
   ~Terminal() override;
 
   /// Quiet: only errors are shown.

@@ -161,6 +161,11 @@ OptionTable& OptionTable::elsewhere(std::string name, std::string where) {
   return *this;
 }
 
+OptionTable& OptionTable::of_program(std::string name) {
+  program_ = std::move(name);
+  return *this;
+}
+
 const Option& OptionTable::find(const std::string& name) const {
   for (const Option& option : options_)
     if (option.name == name) return option;
@@ -168,8 +173,8 @@ const Option& OptionTable::find(const std::string& name) const {
     throw InvalidInput(fmt::format("there is no option '--{}': {}", name, found->second));
   const std::string best = nearest(name, option_names(*this));
   const std::string hint = best.empty() ? "" : fmt::format(", did you mean '--{}'?", best);
-  throw InvalidInput(fmt::format("there is no option '--{}'{} ('marquetry {} --help' lists them)",
-                                 name, hint, verb_));
+  throw InvalidInput(fmt::format("there is no option '--{}'{} ('{} --help' lists them)",
+                                 name, hint, command()));
 }
 
 OptionValues::OptionValues(OptionTable table) : table_(std::move(table)) {}
@@ -318,8 +323,8 @@ class ArgumentReader {
                 fmt::format("'{}': write -{} and its value as two words", words[i], option.letter));
         return give_next(option, words, i);
       }
-    throw InvalidInput(fmt::format("there is no option '{}' ('marquetry {} --help' lists them)",
-                                   words[i], table_.verb()));
+    throw InvalidInput(fmt::format("there is no option '{}' ('{} --help' lists them)",
+                                   words[i], table_.command()));
   }
 
   const OptionTable& table_;
@@ -399,7 +404,7 @@ constexpr int help_width = 80;
 constexpr int help_column = 28;
 
 std::string usage_line(const OptionTable& table) {
-  std::string line = "usage: marquetry " + table.verb();
+  std::string line = "usage: " + table.command();
   for (const Option& option : table.options())
     if (option.place == Option::Place::positional) {
       const std::string name =
@@ -448,9 +453,9 @@ std::string help_text(const OptionTable& table, HelpDetail detail) {
   }
   if (!table.examples().empty()) text += "\nExamples:\n";
   for (const auto& [words, use] : table.examples())
-    text += fmt::format("  marquetry {} {}\n      {}\n", table.verb(), words, wrap_text(use, help_width, 6));
+    text += fmt::format("  {} {}\n      {}\n", table.command(), words, wrap_text(use, help_width, 6));
   if (detail == HelpDetail::brief)
-    text += fmt::format("\n'marquetry {} --help' says all there is to know.\n", table.verb());
+    text += fmt::format("\n'{} --help' says all there is to know.\n", table.command());
   return text;
 }
 

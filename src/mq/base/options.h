@@ -81,7 +81,12 @@ class OptionTable {
   /// What to say of an option of that name that there is not, but users look for here: where to find it.
   OptionTable& elsewhere(std::string name, std::string where);
 
+  /// The program whose verb it is, "marquetry" unless said otherwise.
+  OptionTable& of_program(std::string name);
+
   const std::string& verb() const { return verb_; }
+  const std::string& program() const { return program_; }
+  std::string command() const { return program_ + " " + verb_; }  ///< as users type it
   const std::string& summary() const { return summary_; }  ///< one sentence
   const std::vector<Option>& options() const { return options_; }
   const std::vector<std::vector<std::string>>& exclusives() const { return exclusives_; }
@@ -91,6 +96,7 @@ class OptionTable {
   const Option& find(const std::string& name) const;
 
  private:
+  std::string program_ = "marquetry";
   std::string verb_;
   std::string summary_;
   std::vector<Option> options_;
