@@ -84,10 +84,11 @@ class Measure {
 struct Limits {
   double reached = 1e-6;
   int cycles = 40;
+  static constexpr int least_cycles = 5;  // what the thesis compares models by
 
   bool go_on(const Curve& curve) const {
-    return std::max(curve.errors.back(), curve.residuals.back()) > reached &&
-           curve.cycles() < cycles;
+    return curve.cycles() < cycles && (curve.cycles() < least_cycles ||
+                                       std::max(curve.errors.back(), curve.residuals.back()) > reached);
   }
 };
 
@@ -167,15 +168,16 @@ void print_curve(const Case& c, double alpha, const std::string& solver, const C
     return cycle < curve.errors.size() ? fmt::format("{:.1e}", curve.errors[cycle])
                                        : std::string("–");
   };
-  const double stretch = stretch_of_most(c), factor = mean_factor(curve.errors, limits.reached),
+  const Distortion most = distortion_of_most(c);
+  const double factor = mean_factor(curve.errors, limits.reached),
                of_residual = mean_factor(curve.residuals, limits.reached);
   fmt::print("| {} | {} | {} | {:.1f} | {} | {} | {:.1f} | {} | {:.1f} | {} | {} | {} |\n", c.name,
-             c.space->size(), c.atlas.charts.size(), stretch, short_number(alpha), solver, factor,
+             c.space->size(), c.atlas.charts.size(), most.stretch, short_number(alpha), solver, factor,
              cycles_to(curve.errors, limits.reached), of_residual, after(1), after(2), after(5));
   std::fflush(stdout);
   record.line(fmt::format(
-      R"({{"model": "{}", "texels": {}, "charts": {}, "stretch": {:.3g}, "alpha": "{}", "solver": "{}", "factor": {:.4g}, "residual_factor": {:.4g}, "errors": {}, "residuals": {}}})",
-      c.name, c.space->size(), c.atlas.charts.size(), stretch,
+      R"({{"model": "{}", "texels": {}, "charts": {}, "stretch": {:.3g}, "authalic": {:.3g}, "conformal": {:.3g}, "alpha": "{}", "solver": "{}", "factor": {:.4g}, "residual_factor": {:.4g}, "errors": {}, "residuals": {}}})",
+      c.name, c.space->size(), c.atlas.charts.size(), most.stretch, most.authalic, most.conformal,
       std::isinf(alpha) ? "infinity" : fmt::format("{:g}", alpha), solver, factor, of_residual,
       json_list(curve.errors), json_list(curve.residuals)));
 }

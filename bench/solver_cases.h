@@ -105,24 +105,49 @@ inline std::unique_ptr<Case> make_case(const std::string& name, double texels) {
   return c;
 }
 
-/// The ratio of singular values that 99 of 100 texels stay below.
-inline double stretch_of_most(const Case& c) {
-  std::vector<std::pair<double, double>> stretch;  // and the texels that have it
-  double all = 0;
+/// How charts distort the surface, with σ₁ and σ₂ the singular values of the maps of triangles into the texture, the
+/// model scaled so that both areas are equal (thesis 5.8.4): the values that 99 of 100 texels stay below.
+struct Distortion {
+  double stretch = 1;    ///< σ₁ / σ₂, at least 1
+  double authalic = 0;   ///< ½ log²(σ₁·σ₂)
+  double conformal = 0;  ///< ½ log²(σ₁ / σ₂)
+};
+
+/// The least of the values that so many of the texels, by area, stay at or below.
+inline double weighted_percentile(std::vector<std::pair<double, double>> values, double share) {
+  std::ranges::sort(values);
+  double all = 0, sum = 0;
+  for (const auto& [value, area] : values) all += area;
+  for (const auto& [value, area] : values)
+    if ((sum += area) >= share * all) return value;
+  return 0;
+}
+
+inline Distortion distortion_of_most(const Case& c) {
+  std::vector<std::pair<double, double>> stretch, authalic;  // and the texels that have it
+  double texels = 0, surface = 0;
   for (int t = 0; t < c.surface.mesh.triangle_count(); ++t) {
     if (c.atlas.chart[t] < 0) continue;
     const auto& p = c.atlas.corners[t];
     const double x1 = p[1].column() - p[0].column(), y1 = p[1].row() - p[0].row();
     const double x2 = p[2].column() - p[0].column(), y2 = p[2].row() - p[0].row();
     const double area = std::abs(x1 * y2 - x2 * y1) / 2;
-    stretch.emplace_back(texel_metric(c.surface, c.atlas, t).stretch, area);
-    all += area;
+    if (!(area > 0)) continue;
+    const TexelMetric metric = texel_metric(c.surface, c.atlas, t);
+    stretch.emplace_back(metric.stretch, area);
+    authalic.emplace_back(metric.density, area);
+    texels += area;
+    surface += area * metric.density;
   }
-  std::sort(stretch.begin(), stretch.end());
-  double sum = 0;
-  for (const auto& [value, area] : stretch)
-    if ((sum += area) >= 0.99 * all) return value;
-  return 1;
+  for (auto& [density, area] : authalic) {
+    const double scaled = std::log(density * texels / surface);
+    density = scaled * scaled / 2;
+  }
+  Distortion most;
+  most.stretch = weighted_percentile(std::move(stretch), 0.99);
+  most.authalic = weighted_percentile(std::move(authalic), 0.99);
+  most.conformal = std::log(most.stretch) * std::log(most.stretch) / 2;  // it grows with the stretch
+  return most;
 }
 
 /// (M + alpha·area·S)·X = M·ψ with ψ random in [0, 1), or S·X = S·ψ where alpha is infinite.

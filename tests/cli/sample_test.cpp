@@ -7,6 +7,7 @@ namespace mq::test {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 TEST(Sample, WritesTheSameModelInBothFormats) {
   const Folder folder;
@@ -48,6 +49,30 @@ TEST(Sample, NamesTheLibraryAmongItsOutputs) {
   const Result refused = marquetry(folder, {"sample", "cube", "-o", "cube.obj", "--size", "8", "--no-clobber"});
   EXPECT_EQ(refused.status, 2);
   EXPECT_THAT(refused.error, HasSubstr("cube.mtl: exists already"));
+}
+
+TEST(Sample, MakesNormalMapsThatFilterTakes) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "sphere", "--normals", "-o", "models/", "--size", "96"}).status, 0);
+  const Result filtered =
+      marquetry(folder, {"filter", "models/sphere.obj", "--normals", "--beta", "1", "-o", "same.png", "--json"});
+  ASSERT_EQ(filtered.status, 0) << filtered.error;
+  EXPECT_THAT(filtered.error, Not(HasSubstr("unit length")));
+  const Image<float> map = read_model(folder / "models/sphere.obj").textures[0].pixels;
+  EXPECT_EQ(read_texture(folder / "same.png").pixels, map);
+  ASSERT_EQ(marquetry(folder, {"sample", "wall", "--normals", "-o", "wall/", "--size", "32"}).status, 0);
+  EXPECT_NEAR(read_texture(folder / "wall/wall.1001.png").pixels(0, 0, 2), 1, 1e-6);
+}
+
+TEST(Sample, RefusesNormalMapsOfWhatHasNone) {
+  const Folder folder;
+  const Result moving = marquetry(folder, {"sample", "bending", "--normals", "-o", "body/"});
+  EXPECT_EQ(moving.status, 2);
+  EXPECT_THAT(moving.error, HasSubstr("--normals: a sequence has colours at its vertices"));
+  const Result photographs = marquetry(folder, {"sample", "cube", "--normals", "--misaligned", "-o", "cube/"});
+  EXPECT_EQ(photographs.status, 2);
+  EXPECT_THAT(photographs.error, HasSubstr("--misaligned: "));
+  EXPECT_TRUE(folder.names().empty());
 }
 
 }  // namespace

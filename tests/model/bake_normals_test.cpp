@@ -21,7 +21,6 @@
 namespace mq {
 namespace {
 
-using test::bumpy;
 using test::flat_bust;
 using test::flat_map;
 using testing::HasSubstr;
@@ -131,7 +130,7 @@ Mesh turned_square(int cells, int turns, bool mirrored) {
   return mesh;
 }
 
-Vector3 wavy(const Vector3& p) { return bumpy(Vector3::UnitZ(), p, 0.7); }
+Vector3 wavy(const Vector3& p) { return bumpy(Vector3::UnitZ(), p, {.length = 0.7}); }
 
 /// A map of known normals: of a square that is not turned, so that its axes are the model's.
 TexturedModel painted_square(int side, Depth depth = Depth::f32) {
@@ -194,7 +193,7 @@ TexturedModel bumpy_bust(int side, int triangles = 2000) {
 
 double off_bumps(const TexturedModel& model) {
   return rms(differences(model, [&](const SurfacePoint& at, const Vector3& shading) {
-    return bumpy(shading, point_at(model.surface.mesh, at), bump_length);
+    return bumpy(shading, point_at(model.surface.mesh, at), {.length = bump_length});
   }));
 }
 

@@ -1,11 +1,10 @@
 #pragma once
 /// Normal maps made for a model.
 
-#include <cmath>
-
 #include "mq/image/normal_map.h"
 #include "mq/mesh/surface_point.h"
 #include "mq/model/model_signal.h"
+#include "mq/sample/bumps.h"
 #include "mq/sample/sample.h"
 
 namespace mq::test {
@@ -48,30 +47,20 @@ inline TextureSignal normal_signal(const TexturedModel& model,
   return TextureSignal(model, normals_in(axes), messages);
 }
 
-/// The normal of bumps of wave length `length` on a surface whose normal at p is n; smooth in
-/// space.
-inline Vector3 bumpy(const Vector3& n, const Vector3& place, double length, double height = 0.4) {
-  const Vector3 p = 2 * 3.14159265358979 / length * place;
-  Vector3 slope(std::sin(p.x() + 1) * std::cos(p.y()), std::sin(p.y() + 2) * std::cos(p.z()),
-                std::sin(p.z()) * std::cos(p.x()));
-  slope -= slope.dot(n) * n;
-  return (n + height * slope).normalized();
-}
-
-/// Such bumps all over the surface: d = n − N.
-inline Signal bumps(const TextureSignal& signal, double length, double height = 0.4) {
+/// Bumps all over the surface: d = n − N.
+inline Signal bumps(const TextureSignal& signal, double length, double height = Bumps{}.height) {
   const Signal shading = signal.shading_normals();
   Signal d = Signal::Zero(signal.space().size(), signal.channels());
   for (int i = 0; i < signal.space().size(); ++i) {
     const Vector3 n = shading.row(i).transpose();
     const Vector3 p = signal.space().texels().position(i);
-    d.row(i).head<3>() = (bumpy(n, p, length, height) - n).transpose();
+    d.row(i).head<3>() = (bumpy(n, p, {length, height}) - n).transpose();
   }
   return d;
 }
 
 /// Puts bumps into the flat map of a model.
-inline void paint_bumps(TexturedModel& model, double length, double height = 0.4) {
+inline void paint_bumps(TexturedModel& model, double length, double height = Bumps{}.height) {
   const TextureSignal signal = normal_signal(model);
   const Signal flat = Signal::Zero(signal.space().size(), signal.channels());
   signal.put(flat, bumps(signal, length, height), model.model);

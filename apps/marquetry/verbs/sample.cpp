@@ -1,7 +1,8 @@
 // marquetry sample NAME -o OUT: a model that the program makes itself, for trying things out.
 //
 // The picture is a colour field in space, seen where each texel lies on the surface; so the two
-// sides of a seam show the same, unless --misaligned asks for the opposite.
+// sides of a seam show the same, unless --misaligned asks for the opposite. With --normals it is a
+// normal map instead, of bumps that are a function of the place too.
 //
 // The name of a body in motion makes a sequence instead: frames with colours at their vertices, and
 // beside them the same triangles at rest, which say where every point of a frame came from.
@@ -14,8 +15,9 @@
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
-#include "mq/sample/moving.h"
 #include "mq/io/tiles.h"
+#include "mq/sample/bumps.h"
+#include "mq/sample/moving.h"
 #include "mq/sample/sample.h"
 #include "mq/sample/wall.h"
 #include "shell/arguments.h"
@@ -62,6 +64,10 @@ std::vector<fs::path> mesh_paths(const std::string& output, const std::string& n
   return {fs::path(output) / (name + ".obj"), fs::path(output) / (name + ".ply")};
 }
 
+Alignment alignment(const OptionValues& options) {
+  return options.flag("misaligned") ? Alignment::misaligned : Alignment::aligned;
+}
+
 Model make_model(const Run& run, const Progress& progress) {
   const OptionValues& options = run.options();
   const auto seed = std::uint64_t(options.integer("seed"));
@@ -73,9 +79,9 @@ Model make_model(const Run& run, const Progress& progress) {
   Texture texture;
   texture.name = mesh_paths(options.text("output"), sample.name).front().stem().string() +
                  (depth_from_name(options.text("depth")) >= Depth::half ? ".exr" : ".png");
-  texture.pixels =
-      paint(sample, options.flag("misaligned") ? Alignment::misaligned : Alignment::aligned, seed,
-            progress.step("paint", 0.5));
+  const Progress painting = progress.step("paint", 0.5);
+  texture.pixels = options.flag("normals") ? paint_normals(sample, painting)
+                                           : paint(sample, alignment(options), seed, painting);
   texture.format.depth = depth_from_name(options.text("depth"));
   Model model;
   model.mesh = sample.mesh;
@@ -118,7 +124,7 @@ Model colored_model(MovingFrame&& made) {
 
 Exit sample_sequence(Run& run) {
   const OptionValues& options = run.options();
-  for (const char* name : {"size", "misaligned", "depth"})
+  for (const char* name : {"size", "misaligned", "normals", "depth"})
     require(!asks_for(options, name),
             fmt::format("--{}: a sequence has colours at its vertices and no texture", name));
   const MovingFiles names = moving_files(options.text("output"));
@@ -188,15 +194,16 @@ Model make_wall_model(const OptionValues& options, const WallFiles& files, const
   Wall wall = make_wall(how);
   const Surface surface = make_surface(wall.mesh);
   const Atlas atlas = make_atlas(surface, wall.textures);
-  const ColorField colors = options.flag("misaligned")
+  const ColorField colors = alignment(options) == Alignment::misaligned
                                 ? misaligned(wall.colors, {.shift = 2.0 / how.texture_size, .seed = how.seed})
                                 : wall.colors;
   Model model;
   for (std::size_t i = 0; i < wall.tiles.size(); ++i) {
     Texture texture;
     texture.name = files.tile.file({wall.tiles[i][0], wall.tiles[i][1]});
-    texture.pixels =
-        paint(surface, atlas, colors, {}, int(i), progress.step(texture.name, 1 / double(wall.tiles.size())));
+    const Progress painting = progress.step(texture.name, 1 / double(wall.tiles.size()));
+    texture.pixels = options.flag("normals") ? paint_normals(surface, atlas, {}, PaintOptions{}.margin, int(i), painting)
+                                             : paint(surface, atlas, colors, {}, int(i), painting);
     texture.format.depth = depth_from_name(options.text("depth"));
     model.textures.push_back(std::move(texture));
     model.tiles.push_back({0, wall.tiles[i][0], wall.tiles[i][1]});
@@ -230,6 +237,8 @@ Exit sample(Run& run) {
   const bool is_wall = options.text("name") == wall_name;
   require(is_wall || !asks_for(options, "tiles"),
           fmt::format("--tiles: '{}' has one texture; '{}' comes in tiles", options.text("name"), wall_name));
+  require(!options.flag("normals") || !options.flag("misaligned"),
+          "--misaligned: photographs differ in colours, and --normals asks for a normal map");
   if (is_moving(options.text("name"))) return sample_sequence(run);
   for (const char* name : {"frames", "period", "light", "noise", "off", "holes", "handles"})
     require(!asks_for(options, name),
@@ -362,6 +371,9 @@ Verb sample_verb() {
              .details = "Bodies that move have at least 500."});
   table.add({.name = "misaligned",
              .help = "paint each chart as a photograph of its own, so that seams show"});
+  table.add({.name = "normals",
+             .help = "a normal map in place of colours: bumps, in the model's axes",
+             .details = "For --normals and --normal-space object of verbs that process normal maps."});
   table.add({.name = "depth",
              .type = Type::choice,
              .default_value = "8",

@@ -45,7 +45,7 @@ struct Patch {
 struct Painter {
   const Surface& surface;
   const Atlas& atlas;
-  const ColorField& field;
+  const SurfaceField& field;
   const PaintOptions& options;
   std::vector<char> rim;                // per triangle: at the boundary of its chart
   std::vector<std::vector<int>> bands;  // per band of rows the triangles that may paint it
@@ -63,9 +63,7 @@ struct Painter {
   }
   double reach(int t) const { return rim[t] ? options.margin : 0; }
   Vector3 color(int t, const Vector3& weights) const {
-    Vector3 position = Vector3::Zero();
-    for (int k = 0; k < 3; ++k) position += weights[k] * surface.mesh.position(t, k);
-    return field(position, atlas.chart[t]).cwiseMax(0).cwiseMin(1);
+    return field(t, weights).cwiseMax(0).cwiseMin(1);
   }
   void paint_band(int band) const;
 };
@@ -128,7 +126,7 @@ void Painter::paint_band(int band) const {
 
 }  // namespace
 
-Image<float> paint(const Surface& surface, const Atlas& atlas, const ColorField& field,
+Image<float> paint(const Surface& surface, const Atlas& atlas, const SurfaceField& field,
                    const PaintOptions& options, int texture, const Progress& progress) {
   if (texture < 0 || texture >= int(atlas.textures.size()))
     throw InvalidInput("there is no such texture to paint");
@@ -156,6 +154,16 @@ Image<float> paint(const Surface& surface, const Atlas& atlas, const ColorField&
       },
       1);
   return image;
+}
+
+Image<float> paint(const Surface& surface, const Atlas& atlas, const ColorField& field,
+                   const PaintOptions& options, int texture, const Progress& progress) {
+  const SurfaceField at_point = [&](int t, const Vector3& weights) {
+    Vector3 position = Vector3::Zero();
+    for (int k = 0; k < 3; ++k) position += weights[k] * surface.mesh.position(t, k);
+    return field(position, atlas.chart[t]);
+  };
+  return paint(surface, atlas, at_point, options, texture, progress);
 }
 
 ColorField colorful(double scale, std::uint64_t seed) {

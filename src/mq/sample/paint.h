@@ -14,6 +14,9 @@ namespace mq {
 /// space, so that a seam has one true value, seen from both sides. Called from any thread.
 using ColorField = std::function<Vector3(const Vector3& position, int chart)>;
 
+/// The same at a point of a triangle, by the weights of its corners (below 0 in the margin).
+using SurfaceField = std::function<Vector3(int triangle, const Vector3& weights)>;
+
 struct PaintOptions {
   double margin = 3;                     ///< texels painted around each chart
   Vector3 background{0.20, 0.20, 0.22};  ///< of texels farther away
@@ -24,6 +27,9 @@ struct PaintOptions {
 /// at a chart's boundary (so bilinear interpolation at a seam gives the field's value to the second
 /// order in the texel, from both sides). Values are clamped to [0, 1].
 Image<float> paint(const Surface& surface, const Atlas& atlas, const ColorField& field,
+                   const PaintOptions& options = {}, int texture = 0,
+                   const Progress& progress = {});
+Image<float> paint(const Surface& surface, const Atlas& atlas, const SurfaceField& field,
                    const PaintOptions& options = {}, int texture = 0,
                    const Progress& progress = {});
 
