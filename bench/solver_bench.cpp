@@ -1,6 +1,7 @@
 /// The solvers of texel systems, measured as the thesis measures its own (5.8.3 and 5.8.4).
 ///
 ///     solver_bench times bust_1 bust_4 bust bust_3000 --texels 800000      Table 5.1
+///     solver_bench parts bust_1 bust_4 bust --texels 800000                Figure 5.9
 ///     solver_bench convergence bust cap scan.obj --texels 800000           Figures 5.10 to 5.12
 ///
 /// Models are samples or files; --texels 0 takes files at their own size. Tables are Markdown;
@@ -8,10 +9,8 @@
 /// scripts/solver_bench runs all that docs/measurements/solver.md shows.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <exception>
 #include <limits>
 #include <memory>
@@ -31,34 +30,13 @@
 #include "mq/linear/direct.h"
 #include "mq/linear/residual.h"
 #include "solver_cases.h"
+#include "solver_parts.h"
+#include "watch.h"
 
 namespace mq {
 namespace {
 
 using namespace bench;
-
-/// Seconds of the processor, all threads together, or of the clock on the wall.
-class Watch {
- public:
-  explicit Watch(bool wall) : wall_(wall), start_(now()) {}
-  double seconds() const { return now() - start_; }
-
- private:
-  double now() const {
-    if (!wall_) return double(std::clock()) / CLOCKS_PER_SEC;
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-  }
-  bool wall_;
-  double start_;
-};
-
-template <class Work>
-double seconds_of(bool wall, const Work& work) {
-  const Watch watch(wall);
-  work();
-  return watch.seconds();
-}
 
 /// What is left after each cycle, 1 at the first guess, 0.
 struct Curve {
@@ -304,6 +282,25 @@ void measure_times(const Case& c, const Request& request, Record& record) {
     print_times(c, "ours", iterative_times(multigrid_solver(texels), system, request.wall), record);
 }
 
+// ---- Parts of a cycle ----
+
+void print_parts(const Case& c, const std::string& solver, const CycleParts& p, Record& record) {
+  const auto ms = [](double seconds) { return fmt::format("{:.1f}", 1e3 * seconds); };
+  fmt::print("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", c.name, c.space->size(), c.atlas.charts.size(),
+             solver, ms(p.stencils), ms(p.boundary), ms(p.transfers), ms(p.coarse), ms(p.sum()), ms(p.whole));
+  std::fflush(stdout);
+  record.line(fmt::format(
+      R"({{"model": "{}", "texels": {}, "charts": {}, "solver": "{}", "stencils": {:.4g}, "boundary": {:.4g}, "transfers": {:.4g}, "coarse": {:.4g}, "whole": {:.4g}}})",
+      c.name, c.space->size(), c.atlas.charts.size(), solver, p.stencils, p.boundary, p.transfers, p.coarse, p.whole));
+}
+
+void measure_parts(const Case& c, const Request& request, Record& record) {
+  const System system = make_system(*c.space, request.alphas.front());
+  if (request.wants("reference") && c.space->size() <= request.most_for_reference)
+    print_parts(c, "reference", reference_parts(c, system, request.wall), record);
+  if (request.wants("ours")) print_parts(c, "ours", our_parts(c, system, request.wall), record);
+}
+
 OptionTable options() {
   using Type = Option::Type;
   OptionTable table("solver_bench", "Measure the solvers of texel systems.");
@@ -311,7 +308,7 @@ OptionTable options() {
              .place = Option::Place::positional,
              .type = Type::choice,
              .required = true,
-             .choices = {"times", "convergence"},
+             .choices = {"times", "parts", "convergence"},
              .help = "what to measure"});
   table.add({.name = "model",
              .place = Option::Place::positional,
@@ -328,7 +325,7 @@ OptionTable options() {
              .type = Type::text,
              .count = Option::Count::many,
              .help = "the thesis' weight, or inf; convergence: by default 1e-4, 1e-2 and inf, "
-                     "times: 1e-4"});
+                     "times and parts: 1e-4"});
   table.add({.name = "solver",
              .type = Type::choice,
              .count = Option::Count::many,
@@ -360,13 +357,14 @@ OptionTable options() {
   return table;
 }
 
-Request request_of(const OptionValues& values, bool times) {
+Request request_of(const OptionValues& values) {
+  const bool convergence = values.text("measure") == "convergence";
   Request request;
   for (const std::string& alpha : values.texts("alpha")) request.alphas.push_back(std::stod(alpha));
   if (request.alphas.empty())
-    request.alphas = times
-                         ? std::vector<double>{1e-4}
-                         : std::vector<double>{1e-4, 1e-2, std::numeric_limits<double>::infinity()};
+    request.alphas = convergence
+                         ? std::vector<double>{1e-4, 1e-2, std::numeric_limits<double>::infinity()}
+                         : std::vector<double>{1e-4};
   request.solvers = values.texts("solver");
   if (request.solvers.empty()) request.solvers = {"direct", "reference", "ours"};
   request.most_for_direct = values.integer("most-for-direct");
@@ -376,6 +374,21 @@ Request request_of(const OptionValues& values, bool times) {
   return request;
 }
 
+void print_head(const std::string& what) {
+  if (what == "times")
+    fmt::print(
+        "| model | texels | charts | solver | initialise : update : solve | cycles to 1e-6 | "
+        "all of that, s |\n|---|---|---|---|---|---|---|\n");
+  else if (what == "parts")
+    fmt::print(
+        "| model | texels | charts | solver | interior | boundary | transfers | coarse | sum, ms | cycle, ms |\n"
+        "|---|---|---|---|---|---|---|---|---|---|\n");
+  else
+    fmt::print(
+        "| model | texels | charts | stretch | alpha | solver | factor | cycles | of residual | "
+        "after 1 | after 2 | after 5 |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+}
+
 void run(const std::vector<std::string>& words) {
   const OptionValues values = parse_arguments(options(), words);
   values.check();
@@ -383,22 +396,17 @@ void run(const std::vector<std::string>& words) {
   const tbb::global_control control(
       tbb::global_control::max_allowed_parallelism,
       threads > 0 ? threads : std::max(1u, std::thread::hardware_concurrency()));
-  const bool times = values.text("measure") == "times";
-  const Request request = request_of(values, times);
+  const Request request = request_of(values);
   Record record(values.has("json") ? values.text("json") : "");
-  if (times)
-    fmt::print(
-        "| model | texels | charts | solver | initialise : update : solve | cycles to 1e-6 | "
-        "all of that, s |\n|---|---|---|---|---|---|---|\n");
-  else
-    fmt::print(
-        "| model | texels | charts | stretch | alpha | solver | factor | cycles | of residual | "
-        "after 1 | after 2 | after 5 |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  const std::string& what = values.text("measure");
+  print_head(what);
   for (const std::string& model : values.texts("model")) {
     try {
       const std::unique_ptr<Case> c = make_case(model, values.number("texels"));
-      if (times)
+      if (what == "times")
         measure_times(*c, request, record);
+      else if (what == "parts")
+        measure_parts(*c, request, record);
       else
         measure_convergence(*c, request, record);
     } catch (const Error& e) {

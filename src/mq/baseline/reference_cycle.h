@@ -63,6 +63,10 @@ class ReferenceCycle {
     std::unique_ptr<LevelTransfer> transfer;
     Interpolation<Real> interpolation;
   };
+  /// R.4 and R.5 of a level, and C.1, for lanes and channels of the workspace: steps of `cycle`.
+  void solve_boundary(const Level& level, const Real* b, Real* x, const Workspace& workspace) const;
+  void solve_coarsest(const Real* b, Real* x, const Workspace& workspace) const;
+
   /// All but the coarsest, finest first.
   const std::vector<Level>& levels() const { return levels_; }
   int rows() const { return rows_; }
@@ -76,8 +80,6 @@ class ReferenceCycle {
   void take_values(const SparseMatrix& A, Level& level, double raised);
   void take_coarsest_values(const SparseMatrix& A);
   void descend(std::size_t level, const Real* b, Real* x, Workspace& workspace) const;
-  void solve_boundary(const Level& level, const Real* b, Real* x, const Workspace& workspace) const;
-  void solve_coarsest(const Real* b, Real* x, const Workspace& workspace) const;
 
   ReferenceOptions options_;
   int rows_ = 0, coarsest_rows_ = 0;

@@ -87,14 +87,6 @@ std::vector<int> positions_in(const std::vector<int>& sorted,
   return positions;
 }
 
-void rescale(const std::vector<WeightedIndex>& rows, int lanes, float* v, int power) {
-  for (const WeightedIndex& row : rows)
-    for (int lane = 0; lane < lanes; ++lane) {
-      float& value = v[std::int64_t(row.index) * lanes + lane];
-      value = power > 0 ? value * row.weight : value / row.weight;
-    }
-}
-
 }  // namespace
 
 LocalMultigrid::LocalMultigrid(const Multigrid& multigrid, int lanes)

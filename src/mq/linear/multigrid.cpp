@@ -52,18 +52,13 @@ Multigrid::Workspace::Workspace(const Multigrid& multigrid, int lanes) : lanes_(
   }
 }
 
-namespace {
-
-/// Passes over the patches of a level, before and after the coarse solve. A second one over patches that
-/// are solved exactly costs more than it gains (a fifth of the cycle at 28 charts, a third at 3,000), but
-/// where they are nearly all of a level, as in charts of a few texels.
-int passes_over_patches(const MultigridLevel& level, const CycleOptions& options) {
+int Multigrid::passes_over_patches(std::size_t level) const {
   constexpr double nearly_all = 2.0 / 3;
-  const bool mostly = double(level.layout.irregular.size()) > nearly_all * double(level.layout.rows);
-  return level.patches.exact() && !mostly ? options.patch_passes : options.sweeps;
+  const MultigridLevel& here = *levels[level];
+  const bool mostly = double(here.layout.irregular.size()) > nearly_all * double(here.layout.rows);
+  return here.patches.exact() && !mostly ? options.patch_passes : options.sweeps;
 }
 
-/// Multiplies some rows of v by their weights, or divides.
 void rescale(const std::vector<WeightedIndex>& rows, int lanes, float* v, int power) {
   for (const WeightedIndex& row : rows)
     for (int lane = 0; lane < lanes; ++lane) {
@@ -71,8 +66,6 @@ void rescale(const std::vector<WeightedIndex>& rows, int lanes, float* v, int po
       value = power > 0 ? value * row.weight : value / row.weight;
     }
 }
-
-}  // namespace
 
 void Multigrid::descend(std::size_t level, Guess guess, const float* b, float* x,
                         Workspace& workspace) const {
@@ -84,7 +77,7 @@ void Multigrid::descend(std::size_t level, Guess guess, const float* b, float* x
   const MultigridLevel& here = *levels[level];
   if (guess == Guess::zero) std::memset(x, 0, sizeof(float) * std::size_t(here.layout.rows) * lanes);
   here.matrix.relax_stencils(lanes, b, x, options.sweeps, Order::forward);
-  const int passes = passes_over_patches(here, options);
+  const int passes = passes_over_patches(level);
   for (int i = 0; i < passes; ++i) here.patches.relax(here.matrix, lanes, b, x, Order::forward);
 
   float* r = workspace.levels_[level].r.data();
