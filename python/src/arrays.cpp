@@ -55,6 +55,18 @@ py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> as_integers
   return numbers;
 }
 
+/// A matrix's arrays can be written to, and scipy sorts and converts rows wherever these say that they are.
+void check_structure(const py::object& matrix, const char* name) {
+  if (!py::hasattr(matrix, "check_format")) return;
+  try {
+    matrix.attr("check_format")(true);
+  } catch (py::error_already_set& error) {
+    if (!error.matches(PyExc_ValueError)) throw;
+    throw InvalidInput(fmt::format("{}: its arrays of rows, columns and values do not fit each other: {}", name,
+                                   std::string(py::str(error.value()))));
+  }
+}
+
 int index_in(std::int64_t value, std::int64_t least, std::int64_t most, const char* name) {
   if (value < least || value >= most)
     throw InvalidInput(fmt::format("{}: found {}, wanted {} to {}", name, value, least, most - 1));
@@ -151,6 +163,7 @@ SparseMatrix matrix_from(const py::object& matrix, const char* name) {
   const py::module_ sparse = py::module_::import("scipy.sparse");
   if (!sparse.attr("issparse")(matrix).cast<bool>())
     throw py::type_error(fmt::format("{}: wanted a matrix of scipy.sparse", name));
+  check_structure(matrix, name);
   py::object rows = matrix.attr("tocsr")();
   rows = rows.attr("sorted_indices")();
   const py::array data = rows.attr("data");

@@ -147,6 +147,15 @@ class Equations(unittest.TestCase):
         with self.assertRaises(mq.SolverError):
             mq.Solver(scipy.sparse.csr_matrix(-np.eye(3)))
 
+    def test_matrices_whose_arrays_were_spoilt_are_refused(self):
+        for name, wrong in (("indptr", [0, 1, 300, 3, 4]), ("indptr", [0, 1, -2, 3, 4]), ("indptr", [0, 4, 2, 3, 4]),
+                            ("indptr", [1, 2, 3, 4, 4]), ("indices", [0, 1, 2, 4]), ("indices", [0, -1, 2, 3])):
+            for kind in (scipy.sparse.csr_matrix, scipy.sparse.csc_matrix):
+                A = kind(np.eye(4))
+                getattr(A, name)[:] = wrong
+                with self.subTest(name=name, wrong=wrong, kind=kind), self.assertRaisesRegex(mq.InvalidInput, "^matrix: "):
+                    mq.Solver(A)
+
 
 if __name__ == "__main__":
     unittest.main()
