@@ -92,10 +92,10 @@ SolveReport solve_as_asked(Run& run, const ModelSignal& signal, const TimedAttem
     run.solve["tried"].push_back(tried.error.empty()
                                      ? solve_json(tried.report)
                                      : Json{{"method", tried.method}, {"error", tried.error}});
-  // Without --cycles what solves says it.
+  // Who asks for few cycles gets them, and is told how far they came; without --cycles what solves says it.
   const SolveReport& solved = outcome.report;
   if (run.options().has("cycles") && !solved.converged && !solved.residuals.empty() && solved.residuals.back() < 1)
-    run.terminal().warning(reached(solved) + ": values may be wrong; more --cycles find them");
+    run.terminal().remark(reached(solved) + ": more --cycles come nearer");
   return outcome.report;
 }
 
