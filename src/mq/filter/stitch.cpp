@@ -19,6 +19,7 @@
 #include <numeric>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/parallel.h"
 #include "mq/filter/weak_unknowns.h"
 #include "mq/linear/coupled_pairs.h"
@@ -437,13 +438,20 @@ RegionLevels Stitcher::levels(const Signal& psi, LightLaw law) const {
 Filtered Stitcher::stitch_as_published(const Signal& psi, const Progress& progress) const {
   const Signal asked = change_to_level({space_, stiffness_, positions_}, psi, labels_, borders_);
   const ScreenedPoisson whole(space_, weight_, factory_, progress.step("prepare", 0.5));
-  return whole.solve_change(psi, asked, progress.step("stitch", 0.5));
+  Filtered result = whole.solve_change(Signal::Zero(psi.rows(), psi.cols()), asked, progress.step("stitch", 0.5));
+  bound_weak(stiffness_, labels_, result.signal);
+  result.signal += psi;
+  return result;
 }
 
 Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials, const RegionLevels& levels,
                           const Progress& progress) const {
   const Signal raised = levels.gains().rows() > 0 ? levels.raised(psi, labels_) : psi;
   if (borders_ == Borders::published) return stitch_as_published(raised, progress);
+  require(borders_ != Borders::level || sees_all(),
+          fmt::format("{} level asks nothing of what no photograph shows, which would leave the rest undetermined there: take "
+                      "published, which holds it to the colours it has, or continued",
+                      option_name("borders")));
   const Signal filled = fill(raised, progress.step("fill", 0.3));
   const Signal asked =
       borders_ == Borders::level ? change_to_level({space_, stiffness_, positions_}, filled, labels_, borders_)

@@ -38,7 +38,7 @@ namespace mq {
 /// What is asked of the differences between regions where they meet.
 enum class Borders {
   continued,  ///< those of each going on past its border, as said above
-  level,      ///< none: z_ij = 0 between regions (thesis 5.9.2), see `SignalSpace::edge_divergence`
+  level,      ///< none: z_ij = 0 between regions (thesis 5.9.2), see `SignalSpace::edge_divergence`; all must be seen
   published   ///< the same, and where something is unseen none either: it keeps its values and loses its differences
 };
 

@@ -72,7 +72,7 @@ std::string extension_by_content(std::string_view bytes) {
 }
 
 bool holds_numbers(const std::filesystem::path& path) {
-  const std::string extension = path.extension().string();
+  const std::string extension = lower_extension(path);
   return extension == ".exr" || extension == ".tif" || extension == ".tiff";
 }
 

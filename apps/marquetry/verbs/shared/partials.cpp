@@ -115,7 +115,7 @@ void add_borders_option(OptionTable& table) {
              .choices = {"continued", "level", "published"},
              .group = "Stitch",
              .help = "continued: each region goes on past its border as it runs there; level: no differences are asked for "
-                     "there; published: nor where nothing is seen",
+                     "there; published: nor where nothing is seen, which level refuses",
              .details = "What slopes across a border becomes flat there by the last two. published, with --alpha 0.01 and "
                         "--exposure keep, is the thesis' stitching: texels that nobody sees keep the colours they have, "
                         "of several photographs the mean, and lose their differences."});
