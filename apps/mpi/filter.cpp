@@ -51,10 +51,9 @@ Exit filter(Run& run) {
   if (run.dry_run()) return Exit::done;
 
   const std::unique_ptr<TexelPart> part = part_of(run, processes, scene);
-  const SurfaceScale scale{scene.atlas->surface_area, scene.atlas->texel_spacing()};
-  double weight = 0;
-  processes.together([&] { weight = app::asked_weight(run.options(), scale); });
-  checked_weight(processes, "filter", weight, scale);
+  const double weight = checked_weight(processes, "filter", scene, [&](const SurfaceScale& scale) {
+    return app::asked_weight(run.options(), scale);
+  });
 
   Signal psi = read_values(run, processes, scene, *part);
   const bool luminance_alone = app::by_luminance(run.options(), scene.model);
@@ -74,9 +73,7 @@ Exit filter(Run& run) {
   Signal after = worked;
   for (std::size_t n = 0; n < part->own().size(); ++n) after.row(part->own()[n]) += change.row(Eigen::Index(n));
   if (luminance_alone) after = with_luminance(psi, Y, after);
-  report_change(run, processes, own_rows(*part, psi), own_rows(*part, after), weight, scale.area);
-  write_pictures(run, processes, scene, *part, *outputs, psi, after);
-  report_processes(run, processes, scene, *part);
+  write_result(run, processes, scene, *part, *outputs, psi, after, weight);
   return Exit::done;
 }
 

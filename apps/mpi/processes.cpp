@@ -136,6 +136,16 @@ std::vector<std::string> Processes::gather(const std::string& text) const {
   return all;
 }
 
+std::vector<std::string> Processes::gather_lines(const std::vector<std::string>& lines) const {
+  std::string own;
+  for (const std::string& line : lines) own += line + '\n';
+  std::vector<std::string> all;
+  for (const std::string& of_one : gather(own))
+    for (std::size_t at = 0, end; (end = of_one.find('\n', at)) != std::string::npos; at = end + 1)
+      all.push_back(of_one.substr(at, end - at));
+  return all;
+}
+
 void silence_others(const Processes& processes) {
   if (processes.is_first()) return;
   stream_of_errors() = ::dup(STDERR_FILENO);

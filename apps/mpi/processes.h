@@ -55,6 +55,8 @@ class Processes {
 
   /// What every process has, in the order of processes.
   std::vector<std::string> gather(const std::string& text) const;
+  /// The lines of all of them, one after another.
+  std::vector<std::string> gather_lines(const std::vector<std::string>& lines) const;
 
  private:
   std::vector<int> exchange_counts(const std::vector<std::span<const std::byte>>& parts, std::size_t size) const;

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <set>
 
 #include "equation.h"
 #include "mq/base/error.h"
@@ -84,12 +83,10 @@ std::vector<int> region_numbers(const Shared& shared, const std::vector<std::str
     std::map<Colour, std::string> texts;
     for (const Colour& colour : colours)
       if (!texts.contains(colour)) texts.emplace(colour, text_of(colour));
-    std::string own;
-    for (const auto& [colour, text] : texts) own += text + '\n';
+    std::vector<std::string> own;
+    for (const auto& [colour, text] : texts) own.push_back(text);
     std::map<std::string, int> number;
-    for (const std::string& of_one : shared.processes.gather(own))
-      for (std::size_t at = 0, end; (end = of_one.find('\n', at)) != std::string::npos; at = end + 1)
-        number.emplace(of_one.substr(at, end - at), 0);
+    for (const std::string& text : shared.processes.gather_lines(own)) number.emplace(text, 0);
     int count = 0;
     for (auto& [text, n] : number) n = count++;
     for (std::size_t n = 0; n < colours.size(); ++n)
@@ -99,6 +96,21 @@ std::vector<int> region_numbers(const Shared& shared, const std::vector<std::str
   std::vector<int> numbers(std::size_t(labels.rows()), 0);
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = int(std::lround(labels(Eigen::Index(i), 0)));
   return numbers;
+}
+
+/// One more than the largest number of a region, in any process.
+std::size_t region_bound(const Shared& shared, const std::vector<int>& labels) {
+  int most = -1;
+  for (const int i : shared.part.own()) most = std::max(most, labels[std::size_t(i)]);
+  return std::size_t(shared.processes.largest(most) + 1);
+}
+
+/// How many regions there are altogether.
+std::int64_t count_regions(const Shared& shared, const std::vector<int>& labels) {
+  std::vector<double> there(region_bound(shared, labels), 0);
+  for (const int i : shared.part.own()) there[std::size_t(labels[std::size_t(i)])] = 1;
+  shared.processes.largest(there);
+  return std::ranges::count(there, 1);
 }
 
 /// The pairs of all processes.
@@ -138,9 +150,7 @@ RegionLevels levels_of(const Shared& shared, const SparseMatrix& S, const Signal
   const Processes& processes = shared.processes;
   RegionPairs own;
   own.from.resize(0, psi.cols());
-  double most = -1;
-  for (const int i : shared.part.own()) most = std::max(most, double(labels[std::size_t(i)]));
-  std::vector<double> areas(std::size_t(processes.largest(most) + 1), 0);
+  std::vector<double> areas(region_bound(shared, labels), 0);
   processes.together([&] {
     if (shared.part.empty()) return;
     own = region_pairs(S, psi, labels, shared.part.own());
@@ -163,7 +173,7 @@ Signal asked_change(const Shared& shared, const SparseMatrix& S, const Signal& p
   shared.processes.together([&] {
     if (shared.part.empty()) return;
     change = continued ? stitch_regions(shared.part.space(), psi, labels, slopes)
-                       : level_borders(shared.part.space(), psi, labels);
+                       : level_borders(shared.part.space(), S, psi, labels);
   });
   return change;
 }
@@ -183,20 +193,6 @@ Signal bounded(const Shared& shared, const WeakUnknowns& weak, const Signal& psi
   return psi + delta;
 }
 
-/// How many regions there are altogether.
-int count_regions(const Shared& shared, const std::vector<int>& labels) {
-  std::set<int> own;
-  for (const int i : shared.part.own()) own.insert(labels[std::size_t(i)]);
-  std::set<std::string> all;
-  for (const std::string& of_one : shared.processes.gather(fmt::format("{}", fmt::join(own, " "))))
-    for (std::size_t at = 0; at < of_one.size();) {
-      const std::size_t end = std::min(of_one.find(' ', at), of_one.size());
-      all.insert(of_one.substr(at, end - at));
-      at = end + 1;
-    }
-  return int(all.size());
-}
-
 Exit stitch(Run& run) {
   const Processes processes;
   const OptionValues& options = run.options();
@@ -205,8 +201,8 @@ Exit stitch(Run& run) {
   if (run.dry_run()) return Exit::done;
 
   const std::unique_ptr<TexelPart> part = part_of(run, processes, scene);
-  const SurfaceScale scale{scene.atlas->surface_area, scene.atlas->texel_spacing()};
-  const double weight = checked_weight(processes, "stitch", app::spread_weight(options, scale), scale);
+  const double weight = checked_weight(
+      processes, "stitch", scene, [&](const SurfaceScale& scale) { return app::spread_weight(options, scale); });
   Signal before = read_values(run, processes, scene, *part);
   std::optional<Shared> shared;
   processes.talking([&] {
@@ -235,9 +231,7 @@ Exit stitch(Run& run) {
   const Signal after = bounded(*shared, weak, raised, change);
   run.result["regions"] = count_regions(*shared, labels);
   if (levels.gains().size() > 0) run.result["largest_gain"] = std::exp(levels.gains().cwiseAbs().maxCoeff());
-  report_change(run, processes, own_rows(*part, before), own_rows(*part, after), weight, scale.area);
-  write_pictures(run, processes, scene, *part, *outputs, before, after);
-  report_processes(run, processes, scene, *part);
+  write_result(run, processes, scene, *part, *outputs, before, after, weight);
   return Exit::done;
 }
 

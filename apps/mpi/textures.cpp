@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "mq/base/error.h"
 #include "mq/io/image_file.h"
@@ -138,8 +139,12 @@ std::unique_ptr<TexelPart> part_of(Run& run, const Processes& processes, const T
   return part;
 }
 
-double checked_weight(const Processes& processes, const std::string& verb, double weight, const SurfaceScale& scale) {
+double checked_weight(const Processes& processes, const std::string& verb, const TexturedModel& scene,
+                      const std::function<double(const SurfaceScale&)>& asked) {
+  const SurfaceScale scale{scene.atlas->surface_area, scene.atlas->texel_spacing()};
+  double weight = 0;
   processes.together([&] {
+    weight = asked(scale);
     require(weight <= largest_weight * scale.area,
             fmt::format("the weight is {:g} of the area, which is a length of {:.0f} % of its root; marquetry-mpi "
                         "takes up to {:g} (--alpha {:g}): use marquetry {}, on one machine and with smaller textures, "
@@ -175,6 +180,8 @@ Signal own_rows(const TexelPart& part, const Signal& all) {
   return own;
 }
 
+namespace {
+
 void write_pictures(Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
                     const Outputs& outputs, const Signal& before, const Signal& after) {
   const Step step(run, "write", 0.1);
@@ -182,7 +189,7 @@ void write_pictures(Run& run, const Processes& processes, const TexturedModel& s
   const std::vector<int> writer = writers(processes, part, textures.size());
   std::vector<TexelValues> changes;
   processes.talking([&] { changes = gather_changes(processes, part, writer, before, after); });
-  std::string notes;
+  std::vector<std::string> notes;
   processes.together([&] {
     for (std::size_t i = 0; i < textures.size(); ++i) {
       if (writer[i] != processes.rank()) continue;
@@ -190,16 +197,15 @@ void write_pictures(Run& run, const Processes& processes, const TexturedModel& s
       put_values(changes[i], app::value_space(run.options()), picture);
       changes[i] = {};
       if (const auto depth = app::asked_depth(run.options())) picture.format.depth = *depth;
-      for (const std::string& note : write_texture(outputs.paths()[i], picture)) notes += note + "\n";
+      std::ranges::copy(write_texture(outputs.paths()[i], picture), std::back_inserter(notes));
       step.progress().at(double(i + 1) / double(textures.size()));
     }
   });
-  for (const std::string& of_one : processes.gather(notes))
-    for (std::size_t at = 0, end; (end = of_one.find('\n', at)) != std::string::npos; at = end + 1)
-      run.terminal().remark(of_one.substr(at, end - at));
+  for (const std::string& note : processes.gather_lines(notes)) run.terminal().remark(note);
   app::say_written(run, outputs.paths());
 }
 
+/// What the verb reports of the change, of all processes; rows are their own.
 void report_change(Run& run, const Processes& processes, const Signal& before, const Signal& after, double weight,
                    double area) {
   const Json own = app::change_json(before, after, app::value_space(run.options()).space);
@@ -219,6 +225,7 @@ void report_change(Run& run, const Processes& processes, const Signal& before, c
   run.result["length"] = app::number_json(std::sqrt(weight));
 }
 
+/// Of each process what it had to do with.
 void report_processes(Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part) {
   int pictures = 0;
   for (std::size_t i = 0; i < scene.model.textures.size(); ++i) pictures += part.has_texture(int(i));
@@ -228,6 +235,15 @@ void report_processes(Run& run, const Processes& processes, const TexturedModel&
                  {"peak_bytes", peak_bytes()}};
   run.result["processes"] = Json::array();
   for (const std::string& one : processes.gather(own.dump())) run.result["processes"].push_back(Json::parse(one));
+}
+
+}  // namespace
+
+void write_result(Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
+                  const Outputs& outputs, const Signal& before, const Signal& after, double weight) {
+  report_change(run, processes, own_rows(part, before), own_rows(part, after), weight, scene.atlas->surface_area);
+  write_pictures(run, processes, scene, part, outputs, before, after);
+  report_processes(run, processes, scene, part);
 }
 
 }  // namespace mq::shared

@@ -24,8 +24,10 @@ TexturedModel read_scene(app::Run& run, const Processes& processes, const std::s
 /// The texels of this process.
 std::unique_ptr<TexelPart> part_of(app::Run& run, const Processes& processes, const TexturedModel& scene);
 
-/// Throws `InvalidInput` in all processes for a weight whose constants `ScreenedPoisson` would treat by themselves.
-double checked_weight(const Processes& processes, const std::string& verb, double weight, const SurfaceScale& scale);
+/// The weight that `asked` gives for this scale. Throws `InvalidInput` in all processes for one whose constants
+/// `ScreenedPoisson` would treat by themselves.
+double checked_weight(const Processes& processes, const std::string& verb, const TexturedModel& scene,
+                      const std::function<double(const SurfaceScale&)>& asked);
 
 /// The values of the part's own texels, a row per unknown of its space; no picture is kept.
 Signal read_values(app::Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part);
@@ -33,15 +35,9 @@ Signal read_values(app::Run& run, const Processes& processes, const TexturedMode
 /// Own rows of a signal that has a row per unknown of the part's space.
 Signal own_rows(const TexelPart& part, const Signal& all);
 
-/// What became of the values is gathered where most texels of a picture are, and written there.
-void write_pictures(app::Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
-                    const Outputs& outputs, const Signal& before, const Signal& after);
-
-/// What the verb reports of the change, of all processes; rows are their own.
-void report_change(app::Run& run, const Processes& processes, const Signal& before, const Signal& after, double weight,
-                   double area);
-
-/// Of each process what it had to do with.
-void report_processes(app::Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part);
+/// What became of the values, rows of the part's space, is reported of all processes, gathered where most texels of a picture
+/// are, and written there; and of each process it is said what it had to do with.
+void write_result(app::Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
+                  const Outputs& outputs, const Signal& before, const Signal& after, double weight);
 
 }  // namespace mq::shared

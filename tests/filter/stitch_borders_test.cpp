@@ -71,7 +71,7 @@ TEST(LevelBorders, AreTheFieldOfThesisLessItsPairsAcross) {
   }
   const Signal expected = space.edge_divergence(edges, z) - space.stiffness_times(psi);
   EXPECT_GT(mixed, 50);
-  EXPECT_LT((level_borders(space, psi, labels) - expected).norm(), 1e-11 * expected.norm());
+  EXPECT_LT((level_borders(space, space.stiffness(), psi, labels) - expected).norm(), 1e-11 * expected.norm());
 }
 
 TEST(LevelBorders, ChangeNothingWhereThereIsOneRegion) {
@@ -86,7 +86,7 @@ TEST(LevelBorders, SayNothingOfWhatIsUnseen) {
   const VertexSpace space(make_surface(fixtures::flat_square(16)));
   std::vector<int> labels;
   for (const Vector3& p : space.positions()) labels.push_back(p.x() < 0.3 ? 0 : p.x() > 0.6 ? 1 : unseen);
-  EXPECT_TRUE(level_borders(space, test::random_signal(space.size(), 1), labels).isZero(0));
+  EXPECT_TRUE(level_borders(space, space.stiffness(), test::random_signal(space.size(), 1), labels).isZero(0));
 }
 
 /// Of what is unseen the thesis keeps the values and takes the differences: S·φ is asked for those within regions alone.

@@ -67,7 +67,7 @@ TEST(StitchByParts, AsksForTheSame) {
   const SparseMatrix S = bust.space.stiffness();
   const Signal slopes = region_slopes(bust.space, S, bust.psi, bust.labels());
   const Signal continued = stitch_regions(bust.space, bust.psi, bust.labels()),
-               level = level_borders(bust.space, bust.psi, bust.labels());
+               level = level_borders(bust.space, S, bust.psi, bust.labels());
   EXPECT_EQ(stitch_regions(bust.space, bust.psi, bust.labels(), slopes), continued);
   double of_slopes = 0, of_continued = 0, of_level = 0;
   for (const auto& part : bust.parts) {
@@ -76,7 +76,7 @@ TEST(StitchByParts, AsksForTheSame) {
     const std::vector<int> labels = bust.labels_of(*part);
     const Signal own_slopes = region_slopes(space, space.stiffness(), psi, labels);
     const Signal asked = stitch_regions(space, psi, labels, bust.of_part(*part, slopes)),
-                 asked_level = level_borders(space, psi, labels);
+                 asked_level = level_borders(space, space.stiffness(), psi, labels);
     for (const int i : part->own()) {
       const int row = bust.whole_row(*part, i);
       of_slopes = std::max(of_slopes, (own_slopes.row(i) - slopes.row(row)).cwiseAbs().maxCoeff());

@@ -238,8 +238,9 @@ Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<con
   return change({space, none, positions}, psi, labels, slope_of, [](int, int, auto&) { return false; });
 }
 
-Signal level_borders(const SignalSpace& space, const Signal& psi, std::span<const int> labels) {
-  return change_to_level({space, space.stiffness(), space.positions()}, psi, labels, Borders::level);
+Signal level_borders(const SignalSpace& space, const SparseMatrix& stiffness, const Signal& psi,
+                     std::span<const int> labels) {
+  return change_to_level({space, stiffness, space.positions()}, psi, labels, Borders::level);
 }
 
 Signal stitch_partials(const SignalSpace& space, std::span<const Partial> partials,

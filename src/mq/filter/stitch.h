@@ -60,7 +60,8 @@ Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<con
 
 /// The same as published: −∫ ⟨ω, ∇φ_t⟩ dA of the field ω = Σ (ψ_j − ψ_i)(φ_i ∇φ_j − φ_j ∇φ_i) over the pairs (i, j) of
 /// different labels, both seen, that S couples. It leaves no slope across a border, of a step and of what is there alike.
-Signal level_borders(const SignalSpace& space, const Signal& psi, std::span<const int> labels);
+Signal level_borders(const SignalSpace& space, const SparseMatrix& stiffness, const Signal& psi,
+                     std::span<const int> labels);
 
 /// How regions go on around the unknowns where they meet, a row for each unknown of the space: the three components of g
 /// channel by channel, then the largest step to a neighbour of each. 0 elsewhere. In a part of a space, whose rows
