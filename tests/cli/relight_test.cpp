@@ -174,5 +174,38 @@ TEST(Relight, RefusesWhatItCannotDo) {
               HasSubstr("63 × 64"));
 }
 
+/// What is written in parts, on machines that know nothing of each other.
+TEST(Relight, GivesTheSamePicturesInParts) {
+  const Folder folder;
+  make_film(folder, [](int f, int x, int, int) { return f % 2 == 0 ? 0.002 * x : 0.0; });
+  const std::vector<std::string> mean = {"--length", "10tx", "--radius", "2"};
+  const auto with = [&](std::vector<std::string> words, const std::string& part) {
+    words.insert(words.end(), {"--shard", part});
+    return words;
+  };
+  ASSERT_EQ(marquetry(folder, relight(mean, "whole_%d.png")).status, 0);
+  for (const char* part : {"3/5", "1/5", "5/5", "2/5", "4/5"})
+    ASSERT_EQ(marquetry(folder, relight(with(mean, part), "part_%d.png")).status, 0) << part;
+  for (int f = 0; f < 12; ++f)
+    EXPECT_TRUE(file_bytes(folder / ("part_" + std::to_string(f) + ".png")) ==
+                file_bytes(folder / ("whole_" + std::to_string(f) + ".png")))
+        << f;
+
+  // Of the frames that are read for it none is written; all at once is as near as the accuracy says.
+  const std::vector<std::string> poisson = {"--method", "poisson", "--gamma", "1", "--accuracy", "0.01"};
+  ASSERT_EQ(marquetry(folder, relight(poisson, "all_%d.png")).status, 0);
+  ASSERT_EQ(marquetry(folder, relight(with(poisson, "2/3"), "own_%d.png")).status, 0);
+  for (int f = 0; f < 12; ++f) {
+    const auto own = folder / ("own_" + std::to_string(f) + ".png");
+    ASSERT_EQ(std::filesystem::exists(own), f >= 4 && f < 8) << f;
+    if (f < 4 || f >= 8) continue;
+    const Image<float> one = read_texture(own).pixels, other = read_texture(folder / ("all_" + std::to_string(f) + ".png")).pixels;
+    float most = 0;
+    for (std::size_t k = 0; k < one.values().size(); ++k) most = std::max(most, std::abs(one.values()[k] - other.values()[k]));
+    EXPECT_LT(most, 0.01F + 1.0F / 255) << f;
+  }
+  EXPECT_THAT(refusal(folder, relight(with(mean, "1/13")), "out_0.png"), HasSubstr("12"));
+}
+
 }  // namespace
 }  // namespace mq::test

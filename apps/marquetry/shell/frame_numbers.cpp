@@ -17,6 +17,14 @@ Option frames_option() {
           .metavar = "RANGE"};
 }
 
+Option shard_option() {
+  return {.name = "shard",
+          .type = Option::Type::text,
+          .accepts = [](const std::string& text) { return parse_shard(text).has_value(); },
+          .wanted = "the number of the part and how many there are, such as 3/16",
+          .metavar = "I/N"};
+}
+
 std::optional<Shard> parse_shard(const std::string& text) {
   const std::size_t slash = text.find('/');
   if (slash == std::string::npos) return {};
@@ -31,11 +39,13 @@ std::optional<Shard> parse_shard(const std::string& text) {
   return shard;
 }
 
+int first_of(const Shard& shard, int frames) {
+  return int(std::int64_t(frames) * (shard.number - 1) / shard.count);
+}
+
 std::vector<int> frames_of(const Shard& shard, const std::vector<int>& frames) {
-  const auto first = [&](int part) {
-    return frames.begin() + std::int64_t(frames.size()) * part / shard.count;
-  };
-  return {first(shard.number - 1), first(shard.number)};
+  const int count = int(frames.size());
+  return {frames.begin() + first_of(shard, count), frames.begin() + first_of({shard.number + 1, shard.count}, count)};
 }
 
 void require_no_frame_place(const std::string& output) {

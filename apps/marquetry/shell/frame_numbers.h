@@ -12,6 +12,9 @@ namespace mq::app {
 /// --frames, which takes a number or a range (`parse_frames`); what it is for is up to the verb.
 Option frames_option();
 
+/// --shard, which takes what `parse_shard` does; what becomes of the part is up to the verb.
+Option shard_option();
+
 /// A part of a sequence, one for each machine.
 struct Shard {
   int number = 1;  ///< from 1
@@ -21,7 +24,11 @@ struct Shard {
 /// What "3/16" says; none where it says nothing.
 std::optional<Shard> parse_shard(const std::string& text);
 
-/// The frames of a part, in order: parts follow one another, and their lengths differ by one at most.
+/// Of so many frames the first of a part, counted from 0: parts follow one another, and their lengths differ by one at
+/// most.
+int first_of(const Shard& shard, int frames);
+
+/// The frames of a part, in order.
 std::vector<int> frames_of(const Shard& shard, const std::vector<int>& frames);
 
 /// Without --frames: refuses an output with a place for a frame's number. Throws `InvalidInput`.

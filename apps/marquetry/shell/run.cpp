@@ -293,15 +293,12 @@ void add_frames_option(OptionTable& table) {
   frames.help = "run once per frame number, such as 1-100 or 1-100x2";
   frames.details = "%04d in a file name stands for the number.";
   table.add(frames);
-  table.add({.name = "shard",
-             .type = Option::Type::text,
-             .accepts = [](const std::string& text) { return parse_shard(text).has_value(); },
-             .wanted = "the number of the part and how many there are, such as 3/16",
-             .metavar = "I/N",
-             .group = sequences,
-             .help = "run only part I of N of the frames, on one of N machines",
-             .details = "'merge' puts the reports of all parts together and says what is missing.",
-             .scope = Option::Scope::run});
+  Option shard = shard_option();
+  shard.group = sequences;
+  shard.help = "run only part I of N of the frames, on one of N machines";
+  shard.details = "'merge' puts the reports of all parts together and says what is missing.";
+  shard.scope = Option::Scope::run;
+  table.add(shard);
 }
 
 Json number_json(double value) {

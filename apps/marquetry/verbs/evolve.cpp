@@ -42,6 +42,7 @@ Verb evolve_verb() {
   add_remeshing_options(table);
   add_atlas_options(table);
   add_evolving_atlas_options(table);
+  table.elsewhere("shard", "track --remesh --shard follows parts, and --motion joins them here");
   return {table, evolve, {}, tracking_fields()};
 }
 

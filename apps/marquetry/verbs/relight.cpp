@@ -2,12 +2,15 @@
 // lighting that comes and goes taken out, or all frames filtered at once.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "mq/base/error.h"
 #include "mq/model/relit_sequence.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
 #include "options/video_options.h"
 #include "shell/arguments.h"
+#include "shell/frame_numbers.h"
 #include "shell/results.h"
 #include "shell/run.h"
 #include "shell/verb.h"
@@ -105,12 +108,19 @@ Exit relight(Run& run) {
   run.will_read(options.text("evolving"));
   warn_of_broken(run.terminal(), reader);
   const std::vector<int> frames = wanted_frames(options, reader);
-  SequenceRelighter relighter(reader, frames, relight_files(options), relight_options(options),
-                              run.terminal());
+  RelightOptions how = relight_options(options);
+  if (options.has("shard")) {
+    const Shard part = *parse_shard(options.text("shard"));
+    how.first = first_of(part, int(frames.size()));
+    how.end = first_of({part.number + 1, part.count}, int(frames.size()));
+    require(how.first < how.end, fmt::format("--shard: found {}, wanted no more parts than there are frames, {}",
+                                             options.text("shard"), frames.size()));
+  }
+  SequenceRelighter relighter(reader, frames, relight_files(options), how, run.terminal());
   for (const std::filesystem::path& path : relighter.inputs()) run.will_read(path);
   relighter.rehearse();
   run.will_write(relighter.outputs(), std::filesystem::path(options.text("output")).parent_path());
-  run.input = {{"frames", frames.size()}, {"segments", reader.segments().size()}};
+  run.input = {{"frames", std::min(how.end, int(frames.size())) - how.first}, {"segments", reader.segments().size()}};
   if (run.dry_run()) return Exit::done;
   RelitSequence found;
   {
@@ -206,6 +216,7 @@ Verb relight_verb() {
       "Take light that comes and goes, or flicker, out of the textures of an evolving "
       "mesh.");
   table.example("walk.evolving texture_%04d.png -o lit_%04d.png", "light that comes and goes, taken out");
+  table.example("walk.evolving texture_%04d.png -o lit_%04d.png --shard 2/4", "of the second of four parts of the frames");
   table.add({.name = "evolving",
              .place = Option::Place::positional,
              .type = Type::path,
@@ -224,6 +235,10 @@ Verb relight_verb() {
              .help = "a model a frame, a picture a frame, such as lit_%04d.png, or a video (.mp4, "
                      ".mov, .webm, .mkv)"});
   add_evolving_frames_option(table);
+  Option shard = shard_option();
+  shard.help = "write only part I of N of the frames, on one of N machines";
+  shard.details = "Frames of other parts are read as far as they matter.";
+  table.add(shard);
   add_rate_option(table);
   add_codec_option(table);
   add_time_options(table);

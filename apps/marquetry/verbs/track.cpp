@@ -29,7 +29,10 @@ Verb track_verb() {
                     "same piece of the surface in every frame.");
   table.example("frame_%04d.ply -o walk.evolving", "follow a sequence with its first mesh");
   table.example("frame_%04d.ply --remesh -o walk.evolving", "and replace triangles where it deviates");
+  table.example("frame_%04d.ply --shard 2/4 -o part_%d.evolving", "the second of four parts, on one of four machines");
+  table.example("frame_%04d.ply --motion part_%d.evolving -o walk.evolving", "all parts joined");
   add_tracking_options(table);
+  add_part_option(table);
   table.add({.name = "remesh",
              .group = "Sequence",
              .help = "replace what deviates from a frame by the frame's own triangles",

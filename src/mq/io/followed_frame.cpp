@@ -76,6 +76,7 @@ void put_match(const FollowedFrame& frame, OrderedJson& json) {
   json["matched"] = frame.match->matched;
   json["predicted"] = frame.match->predicted;
   if (frame.match->recognised) json["recognised"] = true;
+  if (frame.match->known) json["known_motion"] = true;
   json["seconds"] = seconds_json(frame);
   json["triangles_kept"] = frame.kept;
   json["triangles_died"] = frame.removed;
@@ -102,6 +103,7 @@ FollowedFrame::Match match_of(const OrderedJson& json) {
   match.matched = number(json, "matched", FollowedFrame::unknown);
   match.predicted = member(json, "predicted") == true;
   match.recognised = member(json, "recognised") == true;
+  match.known = member(json, "known_motion") == true;
   match.seconds = {number(seconds, "correspond", 0), number(seconds, "solve", 0),
                    number(seconds, "colour", 0),     number(seconds, "snap", 0),
                    number(seconds, "measure", 0),    number(seconds, "total", 0)};

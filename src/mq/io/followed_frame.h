@@ -40,6 +40,7 @@ struct FollowedFrame {
     double matched = unknown;  ///< see `TrackedFrame`
     bool predicted = false;
     bool recognised = false;
+    bool known = false;
     TrackedFrame::Seconds seconds;
     std::optional<double> remesh_seconds;  ///< where remeshing was asked for
   };

@@ -53,6 +53,8 @@ CapturedFrame::CapturedFrame(const FrameLoader& loader, int frame, const Mesh* b
                                           of_file());
 }
 
+int CapturedFrame::number() const { return loader_.number(frame_); }
+
 void CapturedFrame::cut_long_triangles() {
   const Surface surface = make_surface(model_.mesh, {.kind = WeldOptions::Kind::none});
   const double most = options_.longest_edge * std::sqrt(surface.area);

@@ -42,6 +42,7 @@ class CapturedFrame {
   CapturedFrame& operator=(const CapturedFrame&) = delete;
 
   int frame() const { return frame_; }                        ///< of the loader
+  int number() const;                                         ///< as it is called
   const Model& model() const { return model_; }               ///< with its long triangles cut
   const std::vector<int>& turned() const { return turned_; }  ///< of the file's triangles
   const TrackTarget& target() const { return *target_; }

@@ -43,8 +43,12 @@ class RelitFrames {
         output_(files.output),
         values_(options.values),
         drift_(options.drift),
+        first_(options.first),
+        end_(options.end),
         messages_(messages),
         progress_(progress) {}
+
+  bool is_written(int i) const { return i >= first_ && i < end_; }
 
   TemporalFrame load(int i) {
     Frame frame;
@@ -67,7 +71,7 @@ class RelitFrames {
     }
     if (last_) result.links = texel_links(*last_, *atlas);
     last_ = atlas;
-    open_[i] = std::move(frame);
+    if (is_written(i)) open_[i] = std::move(frame);
     return result;
   }
 
@@ -142,6 +146,7 @@ class RelitFrames {
   FrameTextures output_;
   ValueSpace values_;
   RelightOptions::Drift drift_;
+  int first_, end_;
   Messages& messages_;
   const Progress& progress_;
   int width_ = 0, height_ = 0, channels_ = 0;
@@ -173,18 +178,31 @@ SequenceRelighter::SequenceRelighter(const EvolvingReader& reader, std::vector<i
   if (!files_.truth.empty()) require_frame_place("truth", files_.truth);
   require_atlas(reader);
   const FrameTextures refuses_other_names(files_.output);
+  options_.end = std::min(options_.end, int(frames_.size()));
+  require(options_.first >= 0 && options_.first < options_.end, "no frame was asked for");
+  read_ = std::max(0, options_.first - reach());
+  read_end_ = int(std::min<std::int64_t>(std::ssize(frames_), std::int64_t(options_.end) + reach()));
+}
+
+/// How far frames matter for each other.
+int SequenceRelighter::reach() const {
+  return options_.method == RelightOptions::Method::mean ? options_.radius : look_ahead(poisson_options(0));
+}
+
+std::vector<int> SequenceRelighter::numbers(int first, int end) const {
+  return {numbers_.begin() + first, numbers_.begin() + end};
 }
 
 std::vector<fs::path> SequenceRelighter::inputs() const {
   std::vector<fs::path> paths;
   for (const std::string* pictures : {&files_.textures, &files_.truth})
     if (!pictures->empty())
-      for (const int number : numbers_) paths.emplace_back(frame_name(*pictures, number));
+      for (const int number : numbers(read_, read_end_)) paths.emplace_back(frame_name(*pictures, number));
   return paths;
 }
 
 std::vector<fs::path> SequenceRelighter::outputs() const {
-  return FrameTextures(files_.output).paths(numbers_);
+  return FrameTextures(files_.output).paths(numbers(options_.first, options_.end));
 }
 
 void SequenceRelighter::rehearse() {
@@ -236,7 +254,7 @@ TemporalOptions SequenceRelighter::poisson_options(double weight) const {
 
 void SequenceRelighter::require_room(const FirstFrame& first) const {
   const bool mean = options_.method == RelightOptions::Method::mean;
-  const int frames = int(frames_.size());
+  const int frames = read_end_ - read_;
   const int held = mean ? std::min(frames, 2 * std::min(options_.radius, frames) + 1)
                         : frames_held(frames, poisson_options(first.weight));
   double bytes = (mean ? mean_bytes : poisson_bytes) * held;
@@ -256,17 +274,22 @@ RelitSequence SequenceRelighter::run(const Progress& progress) {
   RelitFrames film(reader_, frames_, files_, options_, messages_, progress);
   const auto load = [&](int i) { return film.load(i); };
   const auto store = [&](int i, const TemporalFrame& frame, const Signal& phi) {
-    film.store(i, frame, phi);
+    if (film.is_written(i)) film.store(i, frame, phi);
   };
-  const int count = int(frames_.size());
   RelitSequence found{.weight = weight, .filter = {}, .measures = {}};
   found.filter =
       options_.method == RelightOptions::Method::mean
-          ? remove_lighting(
-                count, load, store,
-                {.weight = weight, .radius = options_.radius, .tolerance = options_.tolerance},
-                progress)
-          : temporal_poisson(count, load, store, poisson_options(weight), progress);
+          ? remove_lighting(int(frames_.size()), load, store,
+                            {.weight = weight,
+                             .radius = options_.radius,
+                             .tolerance = options_.tolerance,
+                             .first = options_.first,
+                             .end = options_.end},
+                            progress)
+          : temporal_poisson(
+                read_end_ - read_, [&](int i) { return load(read_ + i); },
+                [&](int i, const TemporalFrame& frame, const Signal& phi) { store(read_ + i, frame, phi); },
+                poisson_options(weight), progress);
   found.measures = film.finish();
   return found;
 }

@@ -3,6 +3,7 @@
 /// goes taken out, or all frames filtered at once.
 
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,6 +41,10 @@ struct RelightOptions {
   TemporalOptions poisson = {.gamma = 4};
 
   ValueSpace values = {};  ///< that are filtered
+
+  /// Of the frames that are asked for, those that are written, counted from 0: those around them are read as far as
+  /// they matter. A mean is that of the whole, bit for bit; `poisson` comes as near to it as its accuracy says.
+  int first = 0, end = std::numeric_limits<int>::max();
 };
 
 /// Names with a place for the frame's number, as `frame_name` has it.
@@ -85,11 +90,14 @@ class SequenceRelighter {
     double texels = 0;  ///< that charts cover
   };
   FirstFrame first_frame(int width, int height) const;
+  int reach() const;
+  std::vector<int> numbers(int first, int end) const;
   TemporalOptions poisson_options(double weight) const;
   void require_room(const FirstFrame& first) const;
 
   const EvolvingReader& reader_;
   std::vector<int> frames_, numbers_;
+  int read_ = 0, read_end_ = 0;  ///< of these frames those that are read
   RelightFiles files_;
   RelightOptions options_;
   Messages& messages_;

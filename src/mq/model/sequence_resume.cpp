@@ -22,7 +22,7 @@ int SequenceTracker::take_up() {
   take_up_segments(stored);
   const int last = int(stored.size()) - 1;
   const bool same = last > 0 && stored[last - 1].segment == stored[last].segment;
-  follower_.take_up(store_.positions(last),
+  follower_.take_up(stored[last].frame.number, store_.positions(last),
                     same ? store_.positions(last - 1) : std::vector<Vector3>());
   for (Stored& one : stored) {
     if (one.frame.added < 0)
@@ -40,7 +40,7 @@ void SequenceTracker::take_up_segments(const std::vector<Stored>& stored) {
     if (f > 0 && stored[f].segment == stored[f - 1].segment) continue;
     const int frame = frames_.index_of(stored[f].frame.number);
     const EvolvingSegment segment = store_.segment(stored[f].segment);
-    if (f > 0) follower_.take_up(store_.positions(f - 1), {});
+    if (f > 0) follower_.take_up(stored[f - 1].frame.number, store_.positions(f - 1), {});
     const Mesh before = follower_.follows() ? follower_.mesh() : Mesh();
     const std::unique_ptr<CapturedFrame> captured =
         read(frame, follower_.follows() ? &before : nullptr);

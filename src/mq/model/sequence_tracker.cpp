@@ -7,7 +7,6 @@
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
-#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/mesh/geometry.h"
 
@@ -43,6 +42,7 @@ FollowedSequence SequenceTracker::run(const Progress& progress) {
                                    "are to be followed by would be replaced in each of them; wanted no more than that",
                                    option_name("error"), 100 * *options_.error, option_name("within"),
                                    100 * options_.follow.within));
+  if (options_.bad_frames == SequenceTrackerOptions::BadFrames::refused) require_known_motion(0, frames_.count());
   const int begun =
       options_.resume == SequenceTrackerOptions::Resume::where_possible ? take_up() : 0;
   if (begun > 0) {
@@ -55,8 +55,10 @@ FollowedSequence SequenceTracker::run(const Progress& progress) {
                                         1.0 / (frames_.count() - begun));
     const Stopwatch watch;
     try {
-      if (const std::unique_ptr<CapturedFrame> captured = prepare(frame))
+      if (const std::unique_ptr<CapturedFrame> captured = prepare(frame)) {
+        require_known_motion(frame, frame + 1);
         follow(*captured, watch, part);
+      }
     } catch (const InvalidInput& error) {
       throw InvalidInput(naming(frame, error.what()));
     }
@@ -85,6 +87,20 @@ void SequenceTracker::rehearse() {
     }
   }
   if (!is_begun) refuse_none();
+}
+
+/// Where parts of the sequence say how it moves, none of its frames may be missing there.
+void SequenceTracker::require_known_motion(int first, int end) const {
+  if (!options_.follow.motion) return;
+  std::vector<int> missing;
+  for (int frame = first; frame < end; ++frame)
+    if (!options_.follow.motion->has(frames_.number(frame))) missing.push_back(frames_.number(frame));
+  if (missing.empty()) return;
+  throw InvalidInput(fmt::format("{}: {} {} in no part, {}; follow the parts that should have them to their end",
+                                 option_name("motion"), counted(std::ssize(missing), "frame"),
+                                 missing.size() == 1 ? "is" : "are",
+                                 missing.size() == 1 ? fmt::format("number {}", missing.front())
+                                                     : fmt::format("from number {} to {}", missing.front(), missing.back())));
 }
 
 /// Facing as what follows the frame before does.
@@ -158,6 +174,7 @@ void SequenceTracker::follow(CapturedFrame& frame, const Stopwatch& watch,
       TemplateFollower::Segment::begun)
     store_.add_segment(follower_.segment());
   found.files = frames_.files(frame.frame(), frame.model());
+  if (options_.follow.motion) options_.follow.motion->require_made_of(found.number, found.files);
   found.seconds = watch.seconds();
   store_.add_frame(found, follower_.positions());
   found_.frames.push_back(std::move(found));

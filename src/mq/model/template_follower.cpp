@@ -48,7 +48,7 @@ TrackOptions track_options(const TemplateFollowerOptions& options) {
 void put(const TrackedFrame& tracked, int triangles, FollowedFrame& found) {
   found.distance = tracked.distance;
   found.distortion = tracked.distortion;
-  found.match = FollowedFrame::Match{tracked.matched, tracked.predicted, tracked.recognised, tracked.seconds, {}};
+  found.match = FollowedFrame::Match{tracked.matched, tracked.predicted, tracked.recognised, tracked.known, tracked.seconds, {}};
   found.kept = triangles;
   found.added = found.removed = 0;
 }
@@ -129,18 +129,31 @@ const EvolvingSegment& TemplateFollower::segment() const { return template_->kno
 
 Mesh TemplateFollower::mesh() const { return mesh_of(segment(), positions_); }
 
-/// The template deformed to the frame, as it was ahead of its turn or now.
-TrackedFrame TemplateFollower::track(CapturedFrame& frame, double step, const Progress& progress) {
+/// The template, at `current` in the frame `before`, deformed to a later one: as it is known to move, else as the frame
+/// says.
+TrackedFrame TemplateFollower::deformed(const CapturedFrame& frame, int before, std::span<const Vector3> current,
+                                        std::span<const Vector3> previous, double step, const Progress& progress) const {
+  TrackedFrame tracked;
+  if (options_.motion) {
+    if (auto moved = options_.motion->moved(before, frame.number(), current))
+      tracked = template_->tracker.follow_known(current, std::move(*moved), frame.target(), progress);
+  }
+  if (!tracked.known || tracked.distance.p95 > lost_distance)
+    tracked = template_->tracker.follow(current, previous, frame.target(), progress);
+  tracked.distortion = distortion(template_->known, tracked.positions);
+  tracked.positions = rounded(std::move(tracked.positions), step);
+  return tracked;
+}
+
+/// The same, as it was ahead of its turn or now.
+TrackedFrame TemplateFollower::track(CapturedFrame& frame, int before, double step, const Progress& progress) {
   if (!ahead_.empty() && ahead_.front().frame == &frame) {
     TrackedFrame tracked = std::move(ahead_.front().tracked);
     ahead_.pop_front();
     return tracked;
   }
   ahead_.clear();
-  TrackedFrame tracked = template_->tracker.follow(positions_, previous_, frame.target(), progress);
-  tracked.distortion = distortion(template_->known, tracked.positions);
-  tracked.positions = rounded(std::move(tracked.positions), step);
-  return tracked;
+  return deformed(frame, before, positions_, previous_, step, progress);
 }
 
 /// The same for a frame ahead; null: there is none.
@@ -154,9 +167,8 @@ const TemplateFollower::Tracked* TemplateFollower::track_ahead(int after, const 
     };
     CapturedFrame* frame = ahead(count + 1, mesh_of(segment(), at(0)));
     if (frame == nullptr) return nullptr;
-    TrackedFrame tracked = template_->tracker.follow(at(0), at(1), frame->target());
-    tracked.distortion = distortion(template_->known, tracked.positions);
-    tracked.positions = rounded(std::move(tracked.positions), step);
+    const int before = count > 0 ? ahead_.back().frame->number() : last_;
+    TrackedFrame tracked = deformed(*frame, before, at(0), at(1), step, {});
     Surface surface =
         make_surface(mesh_of(segment(), tracked.positions), {.kind = WeldOptions::Kind::none});
     ahead_.push_back({frame, std::move(tracked), std::move(surface)});
@@ -168,8 +180,9 @@ TemplateFollower::Segment TemplateFollower::follow(CapturedFrame& frame, const F
                                                    double step, FollowedFrame& found,
                                                    const Progress& progress) {
   bool begun = !follows();
+  const int before = std::exchange(last_, frame.number());
   if (!begun) {
-    TrackedFrame tracked = track(frame, step, progress.step("follow", 0.7));
+    TrackedFrame tracked = track(frame, before, step, progress.step("follow", 0.7));
     begun = options_.restart && tracked.distance.p95 > *options_.restart;
     if (!begun) {
       previous_ = std::move(positions_);
@@ -326,8 +339,9 @@ void TemplateFollower::measure(CapturedFrame& frame, FollowedFrame& found) const
   found.drift = FollowedFrame::Drift{drifted, drifted.mean / template_->edge};
 }
 
-void TemplateFollower::take_up(std::vector<Vector3> positions, std::vector<Vector3> previous) {
+void TemplateFollower::take_up(int number, std::vector<Vector3> positions, std::vector<Vector3> previous) {
   ahead_.clear();
+  last_ = number;
   positions_ = std::move(positions);
   if (!previous.empty()) previous_ = std::move(previous);
 }

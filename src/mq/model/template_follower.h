@@ -13,6 +13,7 @@
 #include "mq/mesh/surface.h"
 #include "mq/model/captured_frame.h"
 #include "mq/model/confirmed_changes.h"
+#include "mq/model/known_motion.h"
 #include "mq/track/track_template.h"
 #include "mq/track/tracking.h"
 
@@ -44,6 +45,8 @@ struct TemplateFollowerOptions {
     used  ///< they correct what slides along the surface
   } colours = Colours::left;
   int colour_cycles = 2;  ///< of registration by colour in each frame, where they are used
+  /// How the surface moves, as far as that is known: frames for which it is need no graph. Null: nothing is known.
+  std::shared_ptr<const KnownMotion> motion = {};
 
   /// Triangles that are longer on the mean are cut, in √area: a graph can follow, and be pulled by,
   /// vertices alone.
@@ -78,9 +81,9 @@ class TemplateFollower {
   Segment follow(CapturedFrame& frame, const FrameAhead& ahead, double step, FollowedFrame& found,
                  const Progress& progress = {});
 
-  /// As after a frame of a store; `previous` are the positions of the frame before it in the same
+  /// As after the frame of this number of a store; `previous` are the positions of the frame before it in the same
   /// segment, empty where there is none.
-  void take_up(std::vector<Vector3> positions, std::vector<Vector3> previous);
+  void take_up(int number, std::vector<Vector3> positions, std::vector<Vector3> previous);
 
   /// As after the first frame of a segment of a store, which is there at `positions`. Returns false
   /// where the segment was not made of this frame.
@@ -98,7 +101,9 @@ class TemplateFollower {
   };
 
   void begin(CapturedFrame& frame, double step, FollowedFrame& found);
-  TrackedFrame track(CapturedFrame& frame, double step, const Progress& progress);
+  TrackedFrame track(CapturedFrame& frame, int before, double step, const Progress& progress);
+  TrackedFrame deformed(const CapturedFrame& frame, int before, std::span<const Vector3> current,
+                        std::span<const Vector3> previous, double step, const Progress& progress) const;
   const Tracked* track_ahead(int after, const FrameAhead& ahead, double step);
   bool remesh_frame(CapturedFrame& frame, const FrameAhead& ahead, double step,
                     FollowedFrame& found, const Progress& progress);
@@ -119,6 +124,7 @@ class TemplateFollower {
   std::vector<Vector3> positions_, previous_;
   Surface surface_;  ///< at these positions
   std::deque<Tracked> ahead_;  ///< from the next frame on, while the template stays
+  int last_ = 0;               ///< number of the last frame
   int next_vertex_ = 0, next_triangle_ = 0;
 };
 

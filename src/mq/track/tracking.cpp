@@ -127,6 +127,7 @@ struct SurfaceTracker::State {
   void snap(const TrackTarget& target, TrackedFrame& frame, const Progress& progress);
   void lie_on(std::span<const Vector3> current, const TrackTarget& target, TrackedFrame& frame,
               std::vector<NodeMotion> motions, const Progress& progress);
+  void settle(const TrackTarget& target, TrackedFrame& frame, const Progress& progress);
   void find_again(std::span<const Vector3> current, const std::vector<NodeMotion>& begin,
                   const TrackTarget& target, TrackedFrame& frame, const Progress& progress);
   void add_pulls_of_target(const TrackTarget& target, const std::vector<Vector3>& normals,
@@ -414,7 +415,12 @@ void SurfaceTracker::State::lie_on(std::span<const Vector3> current, const Track
   deform_graph(current, target, frame, motions, progress.step("deform", by_colour ? 0.3 : 0.8));
   if (by_colour) follow_colours(current, target, frame, motions, progress.step("colours", 0.5));
   keep_rest(current, motions, graph.fitted(rest.mesh.positions, current));
-  snap(target, frame, progress.step("snap", 0.2));
+  settle(target, frame, progress.step("snap", 0.2));
+}
+
+/// The template where it is now brought onto the target, and how well it lies there.
+void SurfaceTracker::State::settle(const TrackTarget& target, TrackedFrame& frame, const Progress& progress) {
+  snap(target, frame, progress);
   now.mesh.positions = unfolded_onto(target, now.mesh);
   const Stopwatch measuring;
   frame.distance = surface_distance(now.mesh, target);
@@ -425,10 +431,8 @@ void SurfaceTracker::State::lie_on(std::span<const Vector3> current, const Track
 
 /// The same from where points are recognised, if it lies much nearer then. The shape that it has there is
 /// what stiffness keeps, as that of before would bend limbs back.
-void SurfaceTracker::State::find_again(std::span<const Vector3> current,
-                                       const std::vector<NodeMotion>& begin,
-                                       const TrackTarget& target, TrackedFrame& frame,
-                                       const Progress& progress) {
+void SurfaceTracker::State::find_again(std::span<const Vector3> current, const std::vector<NodeMotion>& begin,
+                                       const TrackTarget& target, TrackedFrame& frame, const Progress& progress) {
   const Stopwatch recognising;
   const std::vector<std::vector<Vector3>> begins =
       recognised_positions(graph, rest.mesh, current, graph.deformed(current, begin), target,
@@ -457,9 +461,8 @@ SurfaceTracker::~SurfaceTracker() = default;
 
 int SurfaceTracker::node_count() const { return state_->graph.node_count(); }
 
-TrackedFrame SurfaceTracker::follow(std::span<const Vector3> current,
-                                    std::span<const Vector3> previous, const TrackTarget& target,
-                                    const Progress& progress) {
+TrackedFrame SurfaceTracker::follow(std::span<const Vector3> current, std::span<const Vector3> previous,
+                                    const TrackTarget& target, const Progress& progress) {
   State& s = *state_;
   const std::size_t n = s.rest.mesh.positions.size();
   require(current.size() == n && (previous.empty() || previous.size() == n),
@@ -471,6 +474,23 @@ TrackedFrame SurfaceTracker::follow(std::span<const Vector3> current,
   s.lie_on(current, target, frame, motions, progress);
   if (frame.distance.p95 > lost_distance)
     s.find_again(current, motions, target, frame, progress.step("find again", 0));
+  frame.seconds.total = watch.seconds();
+  return frame;
+}
+
+TrackedFrame SurfaceTracker::follow_known(std::span<const Vector3> current, std::vector<Vector3> moved,
+                                          const TrackTarget& target, const Progress& progress) {
+  State& s = *state_;
+  const std::size_t n = s.rest.mesh.positions.size();
+  require(current.size() == n && moved.size() == n,
+          fmt::format("{} and {} positions were given for a template of {} vertices", current.size(), moved.size(), n));
+  const Stopwatch watch;
+  TrackedFrame frame;
+  frame.known = true;
+  const std::vector<NodeMotion> motions = s.graph.fitted(current, moved);
+  s.now.mesh.positions = std::move(moved);
+  s.keep_rest(current, motions, s.graph.fitted(s.rest.mesh.positions, current));
+  s.settle(target, frame, progress);
   frame.seconds.total = watch.seconds();
   return frame;
 }

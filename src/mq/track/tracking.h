@@ -117,6 +117,7 @@ struct TrackedFrame {
   /// Whether closest points alone had lost it, by more than `lost_distance`, and what was recognised by
   /// lengths along the surfaces brought it nearer.
   bool recognised = false;
+  bool known = false;  ///< whether the motion was known (`SurfaceTracker::follow_known`)
   struct Seconds {
     double correspond = 0, solve = 0, colour = 0, snap = 0, measure = 0, total = 0;
   } seconds;
@@ -137,6 +138,11 @@ class SurfaceTracker {
   /// the frame before, empty where there are none. Throws `InvalidInput` on sizes that do not fit.
   TrackedFrame follow(std::span<const Vector3> current, std::span<const Vector3> previous,
                       const TrackTarget& target, const Progress& progress = {});
+
+  /// The same where it is known that the template, now at `current`, moved to `moved`: that is brought onto the target
+  /// as the end of `follow` does, with some of the rest shape. No graph is deformed, which is what takes the time.
+  TrackedFrame follow_known(std::span<const Vector3> current, std::vector<Vector3> moved, const TrackTarget& target,
+                            const Progress& progress = {});
 
  private:
   struct State;

@@ -124,9 +124,10 @@ TemporalReport remove_lighting(int frames, const std::function<TemporalFrame(int
   TemporalReport report;
   report.look_ahead = options.radius;
   Window window;
-  int loaded = 0, centre = 0;
-  for (int f = 0; f < frames; ++f) {
-    const Progress part = progress.step(fmt::format("frame {}", f), 1.0 / frames);
+  const int first = std::max(0, options.first), end = std::min(frames, options.end);
+  int loaded = std::max(0, first - options.radius), centre = first - loaded;
+  for (int f = first; f < end; ++f) {
+    const Progress part = progress.step(fmt::format("frame {}", f), 1.0 / (end - first));
     for (; loaded < std::min(frames, f + options.radius + 1); ++loaded) {
       part.check();
       window.add(load(loaded));

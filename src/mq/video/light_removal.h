@@ -2,6 +2,7 @@
 /// Lighting taken out of texture videos (thesis 6.5.2).
 
 #include <functional>
+#include <limits>
 
 #include "mq/base/progress.h"
 #include "mq/linear/solver.h"
@@ -13,6 +14,8 @@ struct LightRemovalOptions {
   double weight = 0;        ///< w of gradients, model units squared: alpha · area
   int radius = 10;          ///< frames to either side
   double tolerance = 1e-6;  ///< of each frame's solve
+  /// Frames that are given back; those around them are asked for as far as means reach.
+  int first = 0, end = std::numeric_limits<int>::max();
 };
 
 /// The weight of a frame k frames away, of a window of this radius: cubic B-spline, support up to
@@ -35,7 +38,8 @@ double window_weight(int k, int radius);
 /// frames, so that means of what is not tracked exactly stay sharp; each frame is where it was. Where the segment of a
 /// mesh changes places keep their distance from their texel.
 ///
-/// Frames are asked for and given back in their order; 2 · radius + 1 are held. The report's
+/// Frames are asked for and given back in their order; 2 · radius + 1 are held. What is given back of a part of the frames
+/// is what the whole gives, bit for bit, without `drift` and with it. The report's
 /// `solve` is that of the frame that took most cycles. Throws as `temporal_poisson` and
 /// `ScreenedPoisson`.
 TemporalReport remove_lighting(int frames, const std::function<TemporalFrame(int)>& load,

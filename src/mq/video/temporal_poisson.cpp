@@ -200,13 +200,8 @@ void check(const TemporalOptions& options) {
       fmt::format("an accuracy of {} was asked for; it must be between 0 and 1", options.accuracy));
 }
 
-int look_ahead_for(const TemporalOptions& options) {
-  if (options.gamma == 0) return 0;
-  return int(std::ceil(std::log(options.accuracy) / std::log(decay_in_time(options.gamma))));
-}
-
 int window_for(const TemporalOptions& options) {
-  return options.window > 0 ? options.window : 2 * look_ahead_for(options) + 8;
+  return options.window > 0 ? options.window : 2 * look_ahead(options) + 8;
 }
 
 double factor_of(const SolveReport& report) {
@@ -232,6 +227,11 @@ double decay_in_time(double gamma) {
   return 4 * gamma / ((1 + root) * (1 + root));  // = (1 + 2γ − √(1 + 4γ)) / 2γ
 }
 
+int look_ahead(const TemporalOptions& options) {
+  if (options.gamma == 0) return 0;
+  return int(std::ceil(std::log(options.accuracy) / std::log(decay_in_time(options.gamma))));
+}
+
 int frames_held(int frames, const TemporalOptions& options) {
   check(options);
   return std::min(frames, window_for(options));
@@ -242,7 +242,7 @@ TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(in
                                 const TemporalOptions& options, const Progress& progress) {
   check(options);
   TemporalReport report;
-  report.look_ahead = look_ahead_for(options);
+  report.look_ahead = look_ahead(options);
   const int window = window_for(options);
   require(window > report.look_ahead || window >= frames,
           fmt::format(

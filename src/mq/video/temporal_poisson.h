@@ -49,6 +49,9 @@ struct TemporalReport {
 /// / (1 + wλ).
 double decay_in_time(double gamma);
 
+/// How far values in one frame reach into others, in frames: at most `accuracy` of them goes farther.
+int look_ahead(const TemporalOptions& options);
+
 /// How many of so many frames are held at once, at most.
 int frames_held(int frames, const TemporalOptions& options);
 

@@ -29,7 +29,28 @@ constexpr int most_group_frames = 10000;
 constexpr const char* deciding[] = {"photometric", "cycles",    "nodes",         "stiffness",
                                     "elasticity",  "angle",     "no-prediction", "restart",
                                     "within",      "keyframes", "texture",       "error",
-                                    "group"};
+                                    "group",       "motion",    "shard"};
+
+/// The part of the sequence that is asked for; none: all of it.
+std::optional<Shard> asked_part(const OptionValues& options) {
+  const bool in_parts = std::ranges::any_of(options.table().options(), [](const Option& option) { return option.name == "shard"; });
+  if (!in_parts || !options.has("shard")) return {};
+  return parse_shard(options.text("shard"));
+}
+
+/// What parts of the sequence that were followed by themselves say of its motion; null: none are given.
+std::shared_ptr<const KnownMotion> known_motion(Run& run) {
+  const OptionValues& options = run.options();
+  if (!options.has("motion")) return nullptr;
+  const std::string name = options.text("motion");
+  std::vector<fs::path> stores;
+  if (has_frame_place(name))
+    for (const FrameFile& part : find_frames(name)) stores.push_back(part.path);
+  else
+    stores.emplace_back(name);
+  for (const fs::path& store : stores) run.will_read(store);
+  return std::make_shared<StoredMotion>(stores);
+}
 
 TemplateFollowerOptions follow_options(const OptionValues& options, Remeshing remeshing) {
   TemplateFollowerOptions follow;
@@ -51,9 +72,11 @@ TemplateFollowerOptions follow_options(const OptionValues& options, Remeshing re
   return follow;
 }
 
-SequenceTrackerOptions tracker_options(const OptionValues& options, Remeshing remeshing) {
+SequenceTrackerOptions tracker_options(Run& run, Remeshing remeshing) {
+  const OptionValues& options = run.options();
   SequenceTrackerOptions tracker;
   tracker.follow = follow_options(options, remeshing);
+  tracker.follow.motion = known_motion(run);
   if (options.has("error")) tracker.error = options.number("error") / 100;
   if (options.flag("skip-bad")) tracker.bad_frames = SequenceTrackerOptions::BadFrames::left_out;
   if (options.flag("resume")) tracker.resume = SequenceTrackerOptions::Resume::where_possible;
@@ -65,6 +88,14 @@ FileFrames captured_frames(Run& run) {
   FileFramesOptions files;
   if (options.has("frames")) files.numbers = parse_frames(options.text("frames"));
   if (options.flag("skip-bad")) files.missing = MissingFrames::left_out;
+  if (const auto part = asked_part(options)) {
+    if (files.numbers.empty())
+      for (const FrameFile& file : find_frames(options.text("sequence"))) files.numbers.push_back(file.number);
+    const std::size_t all = files.numbers.size();
+    files.numbers = frames_of(*part, files.numbers);
+    require(!files.numbers.empty(), fmt::format("--shard: found {}, wanted no more parts than the sequence has frames, {}",
+                                                options.text("shard"), all));
+  }
   if (options.has("texture")) files.textures = options.text("texture");
   if (options.flag("photometric")) files.pictures = ReadModelOptions::Pictures::read;
   if (const std::string truth = options.has("truth") ? options.text("truth") : "uv";
@@ -101,7 +132,7 @@ void require_same_options(const EvolvingReader& reader, const OptionValues& opti
 }
 
 EvolvingStore made_store(const OptionValues& options, Remeshing remeshing) {
-  const fs::path output = options.text("output");
+  const fs::path output = followed_store(options);
   require(
       output.extension() == ".evolving",
       fmt::format("--output: found '{}', wanted a name that ends in .evolving", output.string()));
@@ -196,6 +227,13 @@ void add_sequence_options(OptionTable& table) {
              .group = "Sequence",
              .help = "go on with OUT where it ends, if it is there",
              .details = "The result is the same as that of one run with the same options."});
+  table.add({.name = "motion",
+             .type = Type::path,
+             .metavar = "PARTS",
+             .group = "Sequence",
+             .help = "join parts of the sequence that 'track --shard' followed: part_%d.evolving",
+             .details = "Triangles live on from part to part, and are moved as those of the parts were, which takes a "
+                        "fraction of the time. Each frame must be in one of them."});
   table.add({.name = "skip-bad",
              .group = "Sequence",
              .help = "leave out frames that are missing, cannot be read or hold no mesh to follow",
@@ -299,8 +337,28 @@ void add_remeshing_options(OptionTable& table) {
                      "evolving meshes are compared with"});
 }
 
+void add_part_option(OptionTable& table) {
+  Option shard = shard_option();
+  shard.group = "Sequence";
+  shard.help = "follow only part I of N of the frames, on one of N machines";
+  shard.details = "OUT then needs a place for I, part_%d.evolving, which --motion takes to join all parts.";
+  table.add(shard);
+  for (const char* whole : {"motion", "plot", "strip"}) table.exclusive({"shard", whole});
+}
+
+fs::path followed_store(const OptionValues& options) {
+  const std::string output = options.text("output");
+  const auto part = asked_part(options);
+  if (!part) return output;
+  require(has_frame_place(output),
+          fmt::format("--output: found '{}'; with --shard the name needs a place for the part's number, such as "
+                      "part_%d.evolving",
+                      output));
+  return frame_name(output, part->number);
+}
+
 std::vector<fs::path> followed_paths(const OptionValues& options) {
-  const fs::path output = options.text("output");
+  const fs::path output = followed_store(options);
   std::vector<fs::path> paths = {output, fs::path(output).replace_extension(".blocks")};
   std::ranges::copy(sequence_picture_paths(options), std::back_inserter(paths));
   return paths;
@@ -314,7 +372,7 @@ Json track_sequence(Run& run, Remeshing remeshing, double share) {
   run.input = {{"frames", frames.count()},
                {"first", frames.name(0)},
                {"last", frames.name(frames.count() - 1)}};
-  SequenceTracker tracker(frames, store, tracker_options(options, remeshing), run.terminal());
+  SequenceTracker tracker(frames, store, tracker_options(run, remeshing), run.terminal());
   if (run.dry_run()) {
     tracker.rehearse();
     return nullptr;
@@ -329,7 +387,7 @@ Json track_sequence(Run& run, Remeshing remeshing, double share) {
   write_plot(run, found.frames);
   if (options.has("strip")) {
     const Step step(run, "draw", 0.1 * share);
-    const EvolvingReader reader(options.text("output"));
+    const EvolvingReader reader(followed_store(options));
     write_strip(
         run, reader,
         [&](int frame) {

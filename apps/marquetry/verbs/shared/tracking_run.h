@@ -19,6 +19,12 @@ void add_tracking_options(OptionTable& table);
 /// How well a remeshed frame must be shown; for verbs that remesh.
 void add_remeshing_options(OptionTable& table);
 
+/// --shard, for a verb that can leave the rest of a sequence to others; with it --output has a place for the part's number.
+void add_part_option(OptionTable& table);
+
+/// Where what follows the sequence is stored.
+std::filesystem::path followed_store(const OptionValues& options);
+
 /// The files that following makes: the store's two, and the pictures asked for.
 std::vector<std::filesystem::path> followed_paths(const OptionValues& options);
 
