@@ -87,6 +87,7 @@ std::vector<int> region_numbers(const Shared& shared, const std::vector<std::str
     for (const auto& [colour, text] : texts) own.push_back(text);
     std::map<std::string, int> number;
     for (const std::string& text : shared.processes.gather_lines(own)) number.emplace(text, 0);
+    require_labels(files.front(), std::ssize(number));
     int count = 0;
     for (auto& [text, n] : number) n = count++;
     for (std::size_t n = 0; n < colours.size(); ++n)

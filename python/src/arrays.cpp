@@ -55,8 +55,29 @@ py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> as_integers
   return numbers;
 }
 
+int index_in(std::int64_t value, std::int64_t least, std::int64_t most, const char* name) {
+  if (value < least || value >= most)
+    throw InvalidInput(fmt::format("{}: found {}, wanted {} to {}", name, value, least, most - 1));
+  return int(value);
+}
+
+/// The places of a matrix that has a row and a column for each of its values.
+void check_places(const py::object& matrix, const char* name) {
+  const auto rows = as_integers(matrix.attr("row"), name), columns = as_integers(matrix.attr("col"), name);
+  const auto count = py::array(matrix.attr("data")).size();
+  require(rows.size() == count && columns.size() == count,
+          fmt::format("{}: found {} values in {} rows and {} columns, wanted as many of each", name, count, rows.size(),
+                      columns.size()));
+  const auto shape = matrix.attr("shape").cast<std::pair<std::int64_t, std::int64_t>>();
+  for (py::ssize_t n = 0; n < count; ++n) {
+    index_in(rows.data()[n], 0, shape.first, name);
+    index_in(columns.data()[n], 0, shape.second, name);
+  }
+}
+
 /// A matrix's arrays can be written to, and scipy sorts and converts rows wherever these say that they are.
 void check_structure(const py::object& matrix, const char* name) {
+  if (py::hasattr(matrix, "row") && py::hasattr(matrix, "col")) check_places(matrix, name);
   if (!py::hasattr(matrix, "check_format")) return;
   try {
     matrix.attr("check_format")(true);
@@ -65,12 +86,6 @@ void check_structure(const py::object& matrix, const char* name) {
     throw InvalidInput(fmt::format("{}: its arrays of rows, columns and values do not fit each other: {}", name,
                                    std::string(py::str(error.value()))));
   }
-}
-
-int index_in(std::int64_t value, std::int64_t least, std::int64_t most, const char* name) {
-  if (value < least || value >= most)
-    throw InvalidInput(fmt::format("{}: found {}, wanted {} to {}", name, value, least, most - 1));
-  return int(value);
 }
 
 void read_corner_uvs(const py::array& array, py::ssize_t faces, Mesh& mesh) {

@@ -53,6 +53,19 @@ TEST(SharedStitch, TakesRegionsFromPictures) {
   expect_picture_of_the_program(folder, {"stitch", "bust.obj", "--labels", "labels.png"}, {3});
 }
 
+TEST(SharedStitch, RefusesAPhotographAsLabels) {
+  const Folder folder;
+  make(folder, {"bust", "--size", "160", "-o", "bust.obj"});
+  Image<float> shades(160, 160, 3);
+  for (int y = 0; y < 160; ++y)
+    for (int x = 0; x < 160; ++x) shades(x, y, 0) = float(x) / 255, shades(x, y, 1) = float(y) / 255;
+  write_image(folder / "shades.png", shades);
+  const Result refused = mpirun(folder, 2, {"stitch", "bust.obj", "--labels", "shades.png", "-o", "out.png"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("shades.png: --labels: found "));
+  EXPECT_FALSE(fs::exists(folder / "out.png"));
+}
+
 TEST(SharedStitch, SaysWhatItDoesNotDoYet) {
   const Folder folder;
   make(folder, {"bust", "--size", "64", "-o", "bust.obj"});

@@ -155,6 +155,11 @@ class Equations(unittest.TestCase):
                 getattr(A, name)[:] = wrong
                 with self.subTest(name=name, wrong=wrong, kind=kind), self.assertRaisesRegex(mq.InvalidInput, "^matrix: "):
                     mq.Solver(A)
+        for name, wrong in (("row", [0, 1, 4, 3]), ("row", [0, 1, -1, 3]), ("col", [0, 1, 2, 1 << 30]), ("data", [1.0, 1.0])):
+            A = scipy.sparse.coo_matrix(np.eye(4))
+            setattr(A, name, np.array(wrong, dtype=getattr(A, name).dtype))
+            with self.subTest(name=name, wrong=wrong), self.assertRaisesRegex(mq.InvalidInput, "^matrix: "):
+                mq.Solver(A)
 
 
 if __name__ == "__main__":

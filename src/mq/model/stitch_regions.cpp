@@ -78,11 +78,15 @@ StitchRegions regions_of_labels(const TexturedModel& model, const TextureSignal&
   }
   StitchRegions regions{.values = signal.values(),
                         .labels = labels_of_pictures(texels, model.texture_sizes, pictures, unseen_pixel)};
-  require(regions.count() <= most_regions,
+  require_labels(labels[0].path, regions.count());
+  return regions;
+}
+
+void require_labels(const std::filesystem::path& picture, std::int64_t regions) {
+  require(regions <= most_regions,
           fmt::format("{}: {}: found {} colours, and each would be a region (wanted {} at most): a picture of labels has "
                       "a colour for each photograph, and no shades between them",
-                      labels[0].path.string(), option_name("labels"), regions.count(), most_regions));
-  return regions;
+                      picture.string(), option_name("labels"), regions, most_regions));
 }
 
 StitchRegions regions_of_photographs(std::vector<Partial> photographs,

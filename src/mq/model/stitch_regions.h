@@ -7,6 +7,7 @@
 ///     regions.partials).signal, model.model);
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <vector>
@@ -29,6 +30,10 @@ struct StitchRegions {
 
 /// Throws `InvalidInput` naming the picture where colours that are to be told apart were kept as JPEG.
 void require_exact(const Texture& labels);
+
+/// Throws `InvalidInput` naming the picture where there are more regions than photographs make: it is a picture of
+/// something else.
+void require_labels(const std::filesystem::path& picture, std::int64_t regions);
 
 /// The model's own colours, and the regions that `labels` paint, one picture for each of its
 /// textures
