@@ -73,7 +73,8 @@ Exit filter(Run& run) {
   Signal after = worked;
   for (std::size_t n = 0; n < part->own().size(); ++n) after.row(part->own()[n]) += change.row(Eigen::Index(n));
   if (luminance_alone) after = with_luminance(psi, Y, after);
-  write_result(run, processes, scene, *part, *outputs, psi, after, weight);
+  report_weight(run, scene, weight);
+  write_result(run, processes, scene, *part, *outputs, psi, after);
   return Exit::done;
 }
 

@@ -3,8 +3,9 @@
 
 #include <petscksp.h>
 
-#include <memory>
 #include <utility>
+
+#include "mq/linear/matrix.h"
 
 namespace mq::shared {
 
@@ -36,6 +37,10 @@ class Owned {
  private:
   Handle handle_ = nullptr;
 };
+
+/// A channel of a signal's own rows, as a vector of PETSc's and back.
+void put_channel(const Signal& X, Eigen::Index channel, Vec to);
+void take_channel(Vec from, Eigen::Index channel, Signal& X);
 
 using OwnedMat = Owned<Mat, MatDestroy>;
 using OwnedVec = Owned<Vec, VecDestroy>;

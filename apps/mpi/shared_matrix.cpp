@@ -10,13 +10,6 @@
 
 namespace mq::shared {
 
-void check(PetscErrorCode code) {
-  if (code == 0) return;
-  const char* text = nullptr;
-  PetscErrorMessage(code, &text, nullptr);
-  throw SolverError(fmt::format("PETSc: {} (error {})", text ? text : "unknown error", int(code)));
-}
-
 SharedMatrix::SharedMatrix(const SparseMatrix& A, const Processes& processes, const TexelPart& part,
                            const Numbering& numbering)
     : rows_(numbering.own_count()) {
@@ -102,20 +95,6 @@ void multiply_block(Mat A, const Signal& X, Product how, Signal& AX) {
 }
 
 }  // namespace
-
-void SharedMatrix::put(const Signal& X, Eigen::Index channel, Vec to) {
-  PetscScalar* values = nullptr;
-  check(VecGetArrayWrite(to, &values));
-  for (Eigen::Index i = 0; i < X.rows(); ++i) values[i] = X(i, channel);
-  check(VecRestoreArrayWrite(to, &values));
-}
-
-void SharedMatrix::take(Vec from, Eigen::Index channel, Signal& X) {
-  const PetscScalar* values = nullptr;
-  check(VecGetArrayRead(from, &values));
-  for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, channel) = values[i];
-  check(VecRestoreArrayRead(from, &values));
-}
 
 void SharedMatrix::multiply(const Signal& X, Signal& AX) const {
   const Signal of_others = halo_->fetched(X);

@@ -28,16 +28,13 @@ class SharedMatrix {
   void for_each_channel(const Signal& X, Signal& Y, const Visit& visit) const {
     Y.resize(X.rows(), X.cols());
     for (Eigen::Index c = 0; c < X.cols(); ++c) {
-      put(X, c, x_);
+      put_channel(X, c, x_);
       visit(Vec(x_), Vec(y_));
-      take(y_, c, Y);
+      take_channel(y_, c, Y);
     }
   }
 
  private:
-  static void put(const Signal& X, Eigen::Index channel, Vec to);
-  static void take(Vec from, Eigen::Index channel, Signal& X);
-
   void find_blocks(const Processes& processes, const Numbering& numbering);
 
   OwnedMat matrix_;

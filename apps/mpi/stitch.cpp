@@ -232,7 +232,8 @@ Exit stitch(Run& run) {
   const Signal after = bounded(*shared, weak, raised, change);
   run.result["regions"] = count_regions(*shared, labels);
   if (levels.gains().size() > 0) run.result["largest_gain"] = std::exp(levels.gains().cwiseAbs().maxCoeff());
-  write_result(run, processes, scene, *part, *outputs, before, after, weight);
+  report_weight(run, scene, weight);
+  write_result(run, processes, scene, *part, *outputs, before, after);
   return Exit::done;
 }
 

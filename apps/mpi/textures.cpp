@@ -48,22 +48,6 @@ struct SentTexel {
   int texture, x, y;
 };
 
-/// Per texture the process that writes it: with most texels of it.
-std::vector<int> writers(const Processes& processes, const TexelPart& part, std::size_t textures) {
-  const auto count = std::size_t(processes.count());
-  std::vector<double> texels(textures * count, 0);
-  for (const int i : part.own())
-    texels[std::size_t(part.places()[std::size_t(i)].texture) * count + std::size_t(processes.rank())] += 1;
-  processes.sum(texels);
-  std::vector<int> writer;
-  for (std::size_t k = 0; k < textures; ++k) {
-    const auto first = texels.begin() + std::ptrdiff_t(k * count);
-    const auto most = std::max_element(first, first + std::ptrdiff_t(count));
-    writer.push_back(int(most - first));
-  }
-  return writer;
-}
-
 /// What is to be put into each picture that this process writes.
 std::vector<TexelValues> gather_changes(const Processes& processes, const TexelPart& part,
                                         const std::vector<int>& writer, const Signal& before, const Signal& after) {
@@ -100,6 +84,21 @@ std::vector<TexelValues> gather_changes(const Processes& processes, const TexelP
 
 }  // namespace
 
+std::vector<int> writers(const Processes& processes, const TexelPart& part, std::size_t textures) {
+  const auto count = std::size_t(processes.count());
+  std::vector<double> texels(textures * count, 0);
+  for (const int i : part.own())
+    texels[std::size_t(part.places()[std::size_t(i)].texture) * count + std::size_t(processes.rank())] += 1;
+  processes.sum(texels);
+  std::vector<int> writer;
+  for (std::size_t k = 0; k < textures; ++k) {
+    const auto first = texels.begin() + std::ptrdiff_t(k * count);
+    const auto most = std::max_element(first, first + std::ptrdiff_t(count));
+    writer.push_back(int(most - first));
+  }
+  return writer;
+}
+
 std::string not_yet(const std::string& verb) {
   return "marquetry-mpi does not work on that yet: marquetry " + verb + " does, on one machine";
 }
@@ -125,7 +124,8 @@ TexturedModel read_scene(Run& run, const Processes& processes, const std::string
   return scene;
 }
 
-std::unique_ptr<TexelPart> part_of(Run& run, const Processes& processes, const TexturedModel& scene) {
+std::unique_ptr<TexelPart> part_of(Run& run, const Processes& processes, const TexturedModel& scene,
+                                   const TexelSpaceOptions& how) {
   std::unique_ptr<TexelPart> part;
   processes.together([&] {
     const Step step(run, "part", 0.1);
@@ -133,7 +133,7 @@ std::unique_ptr<TexelPart> part_of(Run& run, const Processes& processes, const T
       const Seams seams(scene.surface, *scene.atlas);
       const TexelBlocks blocks(scene.surface, *scene.atlas, seams, block_side(*scene.atlas, processes.count()));
       const BlockOwners owners{blocks, parted(blocks, processes.count())};
-      part = std::make_unique<TexelPart>(scene.surface, *scene.atlas, seams, owners, processes.rank(), step);
+      part = std::make_unique<TexelPart>(scene.surface, *scene.atlas, seams, owners, processes.rank(), how, step);
     });
   });
   return part;
@@ -183,7 +183,7 @@ Signal own_rows(const TexelPart& part, const Signal& all) {
 namespace {
 
 void write_pictures(Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
-                    const Outputs& outputs, const Signal& before, const Signal& after) {
+                    const Outputs& outputs, const Signal& before, const Signal& after, const FinishPicture& finish) {
   const Step step(run, "write", 0.1);
   const std::vector<Texture>& textures = scene.model.textures;
   const std::vector<int> writer = writers(processes, part, textures.size());
@@ -196,6 +196,7 @@ void write_pictures(Run& run, const Processes& processes, const TexturedModel& s
       Texture picture = read_picture_of(run, textures[i], {});
       put_values(changes[i], app::value_space(run.options()), picture);
       changes[i] = {};
+      if (finish) finish(i, picture);
       if (const auto depth = app::asked_depth(run.options())) picture.format.depth = *depth;
       std::ranges::copy(write_texture(outputs.paths()[i], picture), std::back_inserter(notes));
       step.progress().at(double(i + 1) / double(textures.size()));
@@ -206,8 +207,7 @@ void write_pictures(Run& run, const Processes& processes, const TexturedModel& s
 }
 
 /// What the verb reports of the change, of all processes; rows are their own.
-void report_change(Run& run, const Processes& processes, const Signal& before, const Signal& after, double weight,
-                   double area) {
+void report_change(Run& run, const Processes& processes, const Signal& before, const Signal& after) {
   const Json own = app::change_json(before, after, app::value_space(run.options()).space);
   const double values = double(before.size());
   double sums[] = {double(before.rows()), values, std::pow(own["rms_change"].get<double>(), 2) * values,
@@ -221,8 +221,6 @@ void report_change(Run& run, const Processes& processes, const Signal& before, c
   run.result["below_0"] = std::int64_t(sums[3]);
   run.result["above_1"] = std::int64_t(sums[4]);
   run.result["beyond_percent"] = 100 * (sums[3] + sums[4]) / count;
-  run.result["alpha"] = app::number_json(weight / area);
-  run.result["length"] = app::number_json(std::sqrt(weight));
 }
 
 /// Of each process what it had to do with.
@@ -240,10 +238,15 @@ void report_processes(Run& run, const Processes& processes, const TexturedModel&
 }  // namespace
 
 void write_result(Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
-                  const Outputs& outputs, const Signal& before, const Signal& after, double weight) {
-  report_change(run, processes, own_rows(part, before), own_rows(part, after), weight, scene.atlas->surface_area);
-  write_pictures(run, processes, scene, part, outputs, before, after);
+                  const Outputs& outputs, const Signal& before, const Signal& after, const FinishPicture& finish) {
+  report_change(run, processes, own_rows(part, before), own_rows(part, after));
+  write_pictures(run, processes, scene, part, outputs, before, after, finish);
   report_processes(run, processes, scene, part);
+}
+
+void report_weight(Run& run, const TexturedModel& scene, double weight) {
+  run.result["alpha"] = app::number_json(weight / scene.atlas->surface_area);
+  run.result["length"] = app::number_json(std::sqrt(weight));
 }
 
 }  // namespace mq::shared

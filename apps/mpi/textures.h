@@ -22,7 +22,8 @@ TexturedModel read_scene(app::Run& run, const Processes& processes, const std::s
                          std::optional<Outputs>& outputs, const std::function<void(const OptionValues&)>& check);
 
 /// The texels of this process.
-std::unique_ptr<TexelPart> part_of(app::Run& run, const Processes& processes, const TexturedModel& scene);
+std::unique_ptr<TexelPart> part_of(app::Run& run, const Processes& processes, const TexturedModel& scene,
+                                   const TexelSpaceOptions& how = {});
 
 /// The weight that `asked` gives for this scale. Throws `InvalidInput` in all processes for one whose constants
 /// `ScreenedPoisson` would treat by themselves.
@@ -35,9 +36,18 @@ Signal read_values(app::Run& run, const Processes& processes, const TexturedMode
 /// Own rows of a signal that has a row per unknown of the part's space.
 Signal own_rows(const TexelPart& part, const Signal& all);
 
+/// Which process writes the picture of each texture: that with most of its texels. Every process must call it.
+std::vector<int> writers(const Processes& processes, const TexelPart& part, std::size_t textures);
+
+/// What is still to be done with a picture where it is written, by number of its texture.
+using FinishPicture = std::function<void(std::size_t texture, Texture& picture)>;
+
 /// What became of the values, rows of the part's space, is reported of all processes, gathered where most texels of a picture
 /// are, and written there; and of each process it is said what it had to do with.
 void write_result(app::Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
-                  const Outputs& outputs, const Signal& before, const Signal& after, double weight);
+                  const Outputs& outputs, const Signal& before, const Signal& after, const FinishPicture& finish = {});
+
+/// How far a filter of this weight reaches.
+void report_weight(app::Run& run, const TexturedModel& scene, double weight);
 
 }  // namespace mq::shared

@@ -5,7 +5,9 @@
 
 namespace mq::shared {
 
+app::Verb fill_verb();
 app::Verb filter_verb();
+app::Verb seams_verb();
 app::Verb stitch_verb();
 
 }  // namespace mq::shared

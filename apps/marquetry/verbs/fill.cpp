@@ -15,6 +15,7 @@
 #include "shell/run.h"
 #include "options/model_options.h"
 #include "verbs/shared/seam_report.h"
+#include "verbs/shared/seam_weights.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
 #include "shell/verb.h"
@@ -85,21 +86,7 @@ Verb fill_verb() {
   table.example("scan.obj -o filled.obj", "colours for the texels outside charts");
   add_model_options(table);
   add_model_output_option(table);
-  table.add({.name = "distance",
-             .type = Option::Type::number,
-             .unit = "texels",
-             .least = 0,
-             .most = 1e6,
-             .group = "Fill",
-             .help = "how far beyond the charts' own texels; without it everywhere"});
-  table.add({.name = "weight",
-             .type = Option::Type::number,
-             .default_value = as_typed(FillOptions{}.weight),
-             .least = 0,
-             .most = 1e9,
-             .group = "Fill",
-             .help = "of agreement at seams against smoothness, per texel of a seam",
-             .details = "0: charts go on by themselves."});
+  add_fill_options(table);
   add_space_option(table);
   add_normals_option(table);
   add_depth_option(table);

@@ -15,6 +15,7 @@
 #include "shell/run.h"
 #include "options/model_options.h"
 #include "verbs/shared/seam_report.h"
+#include "verbs/shared/seam_weights.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
 #include "shell/verb.h"
@@ -81,13 +82,7 @@ Verb seams_verb() {
   table.example("scan.obj -o even.obj", "the same colours on both sides of every seam");
   add_model_options(table);
   add_model_output_option(table);
-  table.add({.name = "weight",
-             .type = Option::Type::number,
-             .default_value = as_typed(usual_seam_weight),
-             .least = 0,
-             .most = 1e9,
-             .group = "Seams",
-             .help = "of agreement against smoothness, per texel of a seam"});
+  add_seam_weight_option(table);
   add_space_option(table);
   add_normals_option(table);
   add_depth_option(table);

@@ -84,7 +84,7 @@ void add_seams(const Seams& seams, PartWindows& windows) {
 }  // namespace
 
 TexelPart::TexelPart(const Surface& surface, const Atlas& atlas, const Seams& seams, const BlockOwners& owners,
-                     int part, const Progress& progress) {
+                     int part, const TexelSpaceOptions& how, const Progress& progress) {
   PartWindows windows(atlas, owners, part, near);
   if (windows.empty()) return;
   add_seams(seams, windows);
@@ -93,7 +93,7 @@ TexelPart::TexelPart(const Surface& surface, const Atlas& atlas, const Seams& se
   atlas_ = std::make_unique<Atlas>(part_of_atlas(surface, atlas, needed_triangles(surface, atlas, windows), windows));
   progress.step("find the halo", 0.1).at(1);
   if (std::ranges::none_of(atlas_->chart, [](int chart) { return chart >= 0; })) return;
-  TexelSpaceOptions options;
+  TexelSpaceOptions options = how;
   options.cells = windows.cells(*atlas_);
   space_ = std::make_unique<TexelSpace>(surface, *atlas_, options, progress.step("space", 0.9));
   places_ = space_->texels().places;

@@ -29,11 +29,12 @@ class TexelPart {
  public:
   /// Surface, atlas, seams (of the whole atlas) and owners must outlive the part. Takes the part's own cells and
   /// a pass over the triangles and seams of the whole; holds, beside its space, arrays over all triangles of the
-  /// surface and eight bytes for each texel of the smallest rectangle of each texture around what it needs.
+  /// surface and eight bytes for each texel of the smallest rectangle of each texture around what it needs. `how` says
+  /// all but the cells.
   /// Where a texture repeats it is that texture. Throws what `TexelSpace` throws; a part of which no texel belongs
   /// to any chart has no space.
   TexelPart(const Surface& surface, const Atlas& atlas, const Seams& seams, const BlockOwners& owners, int part,
-            const Progress& progress = {});
+            const TexelSpaceOptions& how = {}, const Progress& progress = {});
   ~TexelPart();
   TexelPart(const TexelPart&) = delete;
   TexelPart& operator=(const TexelPart&) = delete;
@@ -42,6 +43,9 @@ class TexelPart {
 
   /// Not of an empty part.
   const TexelSpace& space() const { return *space_; }
+
+  /// That of the space: the triangles that it needs, in textures that are cut down to where these lie.
+  const Atlas& atlas() const { return *atlas_; }
 
   /// The unknowns of the space that belong to the part, ascending: in the order of the whole space.
   const std::vector<int>& own() const { return own_; }

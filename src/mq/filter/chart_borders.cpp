@@ -38,10 +38,17 @@ Image<char> covered_texels(const Coverage& coverage) {
 
 std::int64_t spread_past_borders(const TexelSpace& space, int texture, const Coverage& coverage,
                                  double distance, Image<float>& picture) {
+  std::vector<Texels::Place> unknowns;
+  for (const Texels::Place& at : space.texels().places)
+    if (at.texture == texture && coverage.count(at.x, at.y) == 0) unknowns.push_back(at);
+  return spread_past_borders(unknowns, coverage, distance, picture);
+}
+
+std::int64_t spread_past_borders(std::span<const Texels::Place> borders, const Coverage& coverage, double distance,
+                                 Image<float>& picture) {
   const Image<char> covered = covered_texels(coverage);
   Image<char> used = covered;
-  for (const Texels::Place& at : space.texels().places)
-    if (at.texture == texture) used(at.x, at.y) = 1;
+  for (const Texels::Place& at : borders) used(at.x, at.y) = 1;
   spread(covered, used, distance, picture);
   return std::ranges::count(used.values(), 0);
 }

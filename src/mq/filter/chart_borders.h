@@ -30,6 +30,10 @@ Filtered continue_at_borders(const TexelSpace& space, const Signal& psi,
 std::int64_t spread_past_borders(const TexelSpace& space, int texture, const Coverage& coverage,
                                  double distance, Image<float>& picture);
 
+/// The same where the texels of the picture that are unknowns are those that a triangle covers, and `borders` of it.
+std::int64_t spread_past_borders(std::span<const Texels::Place> borders, const Coverage& coverage, double distance,
+                                 Image<float>& picture);
+
 /// The same without end, but only around `some` of the unknowns (1): the others keep what is around them, up to
 /// half-way.
 void spread_past_borders_of(const std::vector<char>& some, const TexelSpace& space, int texture,

@@ -11,6 +11,7 @@
 #include "mq/atlas/seams.h"
 #include "mq/atlas/texel_grid.h"
 #include "mq/base/error.h"
+#include "mq/filter/seam_rows.h"
 #include "mq/linear/connected_components.h"
 
 namespace mq {
@@ -68,60 +69,16 @@ SparseMatrix submatrix(const SparseMatrix& A, const std::vector<int>& rows,
   return result;
 }
 
-/// −A ψ, or of it what seams contribute, for all unknowns.
-Signal imbalance(const TexelSpace& space, const SparseMatrix& A, const Signal& psi,
-                 const std::vector<int>& rows, Smooth what) {
-  Signal result = Signal::Zero(psi.rows(), psi.cols());
-  if (what == Smooth::values) {
-    for (const int i : rows)
-      for (SparseMatrix::InnerIterator it(A, i); it; ++it)
-        result.row(i) -= it.value() * (psi.row(it.col()) - psi.row(i));
-    return result;
-  }
-  std::vector<int> labels(std::size_t(psi.rows()), -1);
-  for (const int i : rows) labels[i] = i;
-  space.for_each_mixed_element(labels, [&](const Element& element) {
-    if (!element.own.empty()) return;
-    const std::size_t count = element.unknowns.size();
-    for (std::size_t k = 0; k < count; ++k)
-      for (std::size_t m = 0; m < count; ++m)
-        result.row(element.unknowns[k]) -=
-            element.stiffness[k * count + m] *
-            (psi.row(element.unknowns[m]) - psi.row(element.unknowns[k]));
-  });
-  return result;
-}
-
-/// The least and the greatest of ψ at some texels.
-struct Range {
-  Eigen::RowVectorXd low, high;
-
-  bool any() const { return low.size() > 0; }
-
-  void extend(const Eigen::RowVectorXd& values) {
-    if (!any()) low = high = values;
-    low = low.cwiseMin(values);
-    high = high.cwiseMax(values);
-  }
-
-  /// By those that count (1) among i and its neighbours.
-  void extend(const SparseMatrix& A, const Signal& psi, const std::vector<char>& counts, int i) {
-    for (SparseMatrix::InnerIterator it(A, i); it; ++it)
-      if (counts[std::size_t(it.col())]) extend(psi.row(it.col()));
-  }
-};
-
 /// Where what came out goes beyond what a texel and its neighbours (or theirs, or all) showed, by
 /// more than a part of their range, it is brought back; returns which texels those are. Texels that
 /// hardly count can otherwise go anywhere for a little agreement.
 std::vector<int> bring_back(const SparseMatrix& A, const Signal& psi,
                             const std::vector<char>& counts, const std::vector<int>& rows,
                             Signal& phi) {
-  constexpr double beyond = 0.25;  // of the range: a border goes on where its neighbours lead
   std::vector<int> brought;
-  Range everywhere;  // which few need
+  ValueRange everywhere;  // which few need
   for (const int i : rows) {
-    Range range;
+    ValueRange range;
     range.extend(A, psi, counts, i);
     if (!range.any())
       for (SparseMatrix::InnerIterator it(A, i); it; ++it)
@@ -133,9 +90,7 @@ std::vector<int> bring_back(const SparseMatrix& A, const Signal& psi,
       range = everywhere;
     }
     if (!range.any()) continue;
-    const Eigen::RowVectorXd more = beyond * (range.high - range.low);
-    const Eigen::RowVectorXd within =
-        phi.row(i).cwiseMax(range.low - more).cwiseMin(range.high + more);
+    const Eigen::RowVectorXd within = range.bounded(phi.row(i));
     if (within == phi.row(i)) continue;
     phi.row(i) = within;
     brought.push_back(i);
@@ -174,7 +129,7 @@ Filtered smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::
   const SparseMatrix A = space.regularised_system(0, 1, progress.step("assemble", 0.3));
   std::vector<int> rows = regularised_rows(A, free);
   if (rows.empty()) return {psi, nothing_to_solve()};
-  const Signal right = imbalance(space, A, psi, rows, what);
+  const Signal right = seam_imbalance(space, A, psi, rows, what);
   Filtered result{psi, {}};
   result.report =
       solve_rows(A, psi, right, rows, factory, result.signal, progress.step("free", 0.35));
