@@ -133,10 +133,10 @@ void add_options_for_pictures(OptionTable& table) {
              .choices = {"auto", "kept", "matched"},
              .group = "Pictures",
              .help =
-                 "matched: each channel of both is brought to one mean and variance first, where exposure or contrast "
-                 "differ; auto: where the pictures fit badly without, and well with it [default auto]",
-             .details = "What moves into a picture or out of it changes them too, so only where light did change. With "
-                        "--search none auto is kept."});
+                 "auto: where means along the motion say that light is another in each, its ratio is made good "
+                 "[default auto]",
+             .details = "matched: each channel of both is brought to one mean and variance first, where contrast differs; "
+                        "what moves into a picture or out of it changes them too. With --search none auto is kept."});
   table.add({.name = "paths",
              .type = Type::choice,
              .choices = {"integrated", "straight"},
@@ -293,7 +293,10 @@ Json flow_json(const ImageFlow& flow) {
     result["torn"] = flow.fit->torn;
     result["unfit"] = flow.fit->unfit;
     result["unrelated"] = flow.fit->unrelated;
-    result["light"] = flow.fit->light == ImageLight::matched ? "matched" : "kept";
+    result["light"] = flow.fit->light == ImageLight::matched  ? "matched"
+                      : flow.fit->light == ImageLight::evened ? "evened"
+                                                              : "kept";
+    if (flow.fit->light == ImageLight::evened) result["light_ratio"] = flow.fit->ratio.size;
   }
   return result;
 }

@@ -47,6 +47,15 @@ void say_that_it_is_clean(Run& run) {
                         "0.01 smooths up to edges of that height");
 }
 
+/// A mean change of values in 0 to 1 that nobody sees: a quarter of a step of 8 bits.
+constexpr double unseen_change = 0.001;
+
+/// What is there to be taken off may not be noise.
+void say_that_it_hardly_changes(Run& run) {
+  run.terminal().remark("that is less than 8 bits hold, so hardly anything was changed: blocks of JPEG and stray texels are no "
+                        "noise; where you see some, --edge 0.03 smooths up to edges of that height");
+}
+
 /// What only smoothing up to edges goes by.
 constexpr std::array<const char*, 9> of_edges = {"edge",  "guide",  "guide-edge", "alpha", "length",
                                                  "steps", "solver", "tolerance",  "cycles"};
@@ -93,6 +102,9 @@ Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& ta
                                                  : fmt::format(", and {} fireflies", found.fireflies)));
   else
     say_that_it_is_clean(run);
+  const Signal change = found.signal - before;
+  if (most > 0 && found.fireflies == 0 && change.norm() < unseen_change * std::sqrt(double(change.size())))
+    say_that_it_hardly_changes(run);
   if (found.smoothed > 1)
     run.terminal().remark(fmt::format(
         "it seems that a camera or JPEG has smoothed the noise: it is {:.1f} times as strong over some texels as from "

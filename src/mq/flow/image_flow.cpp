@@ -49,6 +49,13 @@ constexpr double unrelated_unfit = 0.15, unrelated_error = 0.3;
 /// Of all pixels, that nothing fits, or of the blend's error, that is left, from where on light may have changed.
 constexpr double doubtful_unfit = 0.05, doubtful_error = 0.2;
 
+/// Of the ratio of light along a field, from where on it is another in each: of pictures in one light it is 0.001 to 0.005,
+/// where one has a twentieth more 0.03 along a field that is wrong for it.
+constexpr double least_light = 0.01;
+
+/// What light hardly changes, in % of √area: finer than that.
+constexpr double lightless_detail = 2;
+
 void require_images(const Image<float>& source, const Image<float>& target) {
   require(
       !source.empty() && source.width() == target.width() && source.height() == target.height() &&
@@ -129,28 +136,97 @@ void search_far(ImageFlow& flow, const SignalPair& signals, const ImageFlowOptio
   fit.unrelated = fit.unfit > unrelated_unfit && flow.error.back() > unrelated_error * flow.error.front();
 }
 
-/// With light as the options say: kept or matched.
-ImageFlow flow_in_light(const Image<float>& source, const Image<float>& target, const ImageFlowOptions& options,
-                        const Progress& progress) {
-  const SignalPair signals = prepared(source, target, options.detail, options.light);
-  progress.step("prepare", 0.05).at(1);
+/// Whether far motions are searched for.
+bool searches(const ImageFlowOptions& options) {
+  return options.search == FlowSearch::far && options.alignment == Alignment::halfway &&
+         options.scales == ImageFlowOptions::Scales::hierarchical;
+}
+
+/// Two images aligned from large to small scales, and what was aligned.
+struct Aligned {
+  SignalPair signals;
   ImageFlow flow;
+};
+
+/// With light as the options say: kept or matched.
+Aligned coarse_to_fine_aligned(const Image<float>& source, const Image<float>& target, const ImageFlowOptions& options,
+                               const Progress& progress) {
+  Aligned result{prepared(source, target, options.detail, options.light), {}};
+  progress.step("prepare", 0.05).at(1);
+  ImageFlow& flow = result.flow;
   flow.alignment = options.alignment;
   flow.path = options.alignment == Alignment::forward ? FlowPath::straight : options.path;
-  ImageLevels levels(signals, options);
-  const bool search = options.search == FlowSearch::far && flow.alignment == Alignment::halfway &&
-                      options.scales == ImageFlowOptions::Scales::hierarchical;
+  ImageLevels levels(result.signals, options);
   const SurfaceScale scale{.area = double(source.pixel_count()), .texel_spacing = 1};
   flow.error = coarse_to_fine(levels, image_flow_scales(options, scale), options,
-                              {.halvings = halvings,
-                               .after_worse = FlowPolicy::AfterWorse::last,
-                               .share = search ? 0.45 : 0.95},
+                              {.halvings = halvings, .after_worse = FlowPolicy::AfterWorse::last, .share = 0.95},
                               progress);
   flow.levels = levels.take_levels();
   for (std::size_t l = 0; l < flow.levels.size(); ++l) flow.levels[l].error = flow.error[l + 1];
   flow.field = levels.take_field();
-  if (search) search_far(flow, signals, options, progress.step("search far", 0.5));
+  return result;
+}
+
+/// And what is far from that, where it is searched for.
+ImageFlow flow_in_light(const Image<float>& source, const Image<float>& target, const ImageFlowOptions& options,
+                        const Progress& progress) {
+  Aligned found = coarse_to_fine_aligned(source, target, options, progress.step("align", searches(options) ? 0.5 : 1));
+  if (searches(options)) search_far(found.flow, found.signals, options, progress.step("search far", 0.5));
+  return std::move(found.flow);
+}
+
+/// How much more light the target has along the field.
+LightRatio light_along(const ImageFlow& flow, const Image<float>& source, const Image<float>& target) {
+  return light_ratio(source, target, straightened(flow.field, flow.path));
+}
+
+/// The flow with the ratio of light made good.
+ImageFlow flow_evened(const Image<float>& source, const Image<float>& target, ImageFlowOptions options,
+                      const Progress& progress) {
+  ImageFlowOptions lightless = options;
+  lightless.light = ImageLight::matched;
+  lightless.detail = {lightless_detail, Length::Unit::percent};
+  options.light = ImageLight::kept;
+  LightRatio ratio = light_along(
+      coarse_to_fine_aligned(source, target, lightless, progress.step("find light", 0.2)).flow, source, target);
+  LitImages lit = in_mean_light(ratio, source, target);
+  ratio = light_along(
+      coarse_to_fine_aligned(lit.source, lit.target, lightless, progress.step("find light", 0.2)).flow, source, target);
+  lit = in_mean_light(ratio, source, target);
+  ImageFlow flow = flow_in_light(lit.source, lit.target, options, progress.step("align", 0.6));
+  flow.fit->light = ImageLight::evened;
+  flow.fit->ratio = std::move(ratio);
   return flow;
+}
+
+/// Ratios of light are told of such.
+bool is_positive(const Image<float>& image) {
+  return std::ranges::all_of(image.values(), [](float value) { return value >= 0; });
+}
+
+/// As kept light shows them; evened or matched where they fit a third better so.
+ImageFlow flow_in_doubtful_light(const Image<float>& source, const Image<float>& target, ImageFlowOptions options,
+                                 const Progress& progress) {
+  options.light = ImageLight::kept;
+  Aligned kept = coarse_to_fine_aligned(source, target, options, progress.step("align", 0.45));
+  ImageFlow& flow = kept.flow;
+  double most = most_of_misfit * mean_of(misfit(kept.signals, straightened(flow.field, flow.path)));
+  const auto fits_better = [&](const ImageFlow& other) { return mean_of(other.fit->misfit) < most; };
+  const bool positive = is_positive(source) && is_positive(target);
+  const bool is_lit = positive && light_along(flow, source, target).size > least_light;
+  if (is_lit)
+    if (ImageFlow evened = flow_evened(source, target, options, progress.step("even light", 0.5)); fits_better(evened))
+      return evened;
+  search_far(flow, kept.signals, options, progress.step("search far", 0.5));
+  if (flow.fit->unfit < doubtful_unfit && flow.error.back() < doubtful_error * flow.error.front()) return flow;
+  most = most_of_misfit * mean_of(flow.fit->misfit);
+  if (positive && !is_lit)
+    if (ImageFlow evened = flow_evened(source, target, options, progress.step("even light", 0.02)); fits_better(evened))
+      return evened;
+  options.light = ImageLight::matched;
+  if (ImageFlow matched = flow_in_light(source, target, options, progress.step("match light", 0.02)); fits_better(matched))
+    return matched;
+  return std::move(flow);
 }
 
 }  // namespace
@@ -177,15 +253,16 @@ ImageFlowOptions ImageFlowOptions::thesis() {
 
 ImageFlow image_flow(const Image<float>& source, const Image<float>& target,
                      const ImageFlowOptions& options, const Progress& progress) {
+  require_images(source, target);
+  const bool is_evened = options.light == ImageLight::evened;
+  require(!is_evened || (searches(options) && is_positive(source) && is_positive(target)),
+          "light is evened of images without negative values, where far motions are searched for");
+  if (is_evened) return flow_evened(source, target, options, progress);
+  if (options.light == ImageLight::doubted && searches(options))
+    return flow_in_doubtful_light(source, target, options, progress);
   ImageFlowOptions lit = options;
   if (options.light == ImageLight::doubted) lit.light = ImageLight::kept;
-  ImageFlow flow = flow_in_light(source, target, lit, progress.step("align", 0.98));
-  if (options.light != ImageLight::doubted || !flow.fit) return flow;
-  if (flow.fit->unfit < doubtful_unfit && flow.error.back() < doubtful_error * flow.error.front()) return flow;
-  lit.light = ImageLight::matched;
-  ImageFlow matched = flow_in_light(source, target, lit, progress.step("match light", 0.02));
-  if (mean_of(matched.fit->misfit) < most_of_misfit * mean_of(flow.fit->misfit)) return matched;
-  return flow;
+  return flow_in_light(source, target, lit, progress);
 }
 
 ImageFlow known_flow(const Image<float>& source, const Image<float>& target,
@@ -295,6 +372,11 @@ Image<float> interpolated(const ImageFlow& flow, const Image<float>& source,
   if (t == 0) return source;
   if (t == 1) return target;
   if (flow.fit && flow.fit->unrelated) return blended(source, target, t);
+  if (flow.fit && flow.fit->light == ImageLight::evened) {
+    const LitImages lit = in_mean_light(flow.fit->ratio, source, target), now = in_light(flow.fit->ratio, source, target, t);
+    const ImageSight sight = image_sight(prepared(lit.source, lit.target, flow.fit->detail, ImageLight::kept), flow, t);
+    return mixed(sight, now.source, now.target, t);
+  }
   if (flow.fit && (flow.fit->torn || flow.fit->unfit > 0))
     return mixed(image_sight(prepared(source, target, flow.fit->detail, flow.fit->light), flow, t), source, target, t);
   const bool forward = flow.alignment == Alignment::forward;

@@ -7,6 +7,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/flow/flow_options.h"
+#include "mq/flow/light_ratio.h"
 #include "mq/flow/detail/image_signals.h"
 #include "mq/flow/detail/image_warp.h"
 #include "mq/image/image.h"
@@ -44,7 +45,7 @@ struct ImageFlowOptions : FlowOptions {
 
   /// Whether another exposure or contrast of the one image is made good. Not before something says so: what moves
   /// into the images or out of them changes their means too. `doubted` is for where far motions are searched for, and
-  /// `kept` elsewhere.
+  /// `kept` elsewhere; `evened` is of no negative values, and refused elsewhere.
   ImageLight light = ImageLight::doubted;
 
   /// Small things beside others that move far, as photographs have: halfway and with scales `hierarchical` only.
@@ -91,7 +92,8 @@ struct ImageFlow {
     /// 30 % of what they differ in is left. Pictures between are the blend then.
     bool unrelated = false;
     Length detail{};      ///< how the signals were prepared
-    ImageLight light = ImageLight::kept;  ///< or `matched`
+    ImageLight light = ImageLight::kept;  ///< or `matched`, or `evened` by the `ratio`
+    LightRatio ratio{};
   };
   std::optional<Fit> fit;
 };
@@ -110,8 +112,11 @@ struct ImageFlow {
 /// Motions that are far, and small things beside them, are then searched for (`torn_field`) if a hundredth of the
 /// pixels are unlike along X, and that field, which is straight, is kept if the images fit a third better along it and
 /// its error is less (after [kroeger2016dis], [brox2011ldof], [lempitsky2008fusionflow]). It takes about as long as
-/// all before. Where light is `doubted`, and nothing fits a twentieth of the pixels or a fifth of the error is left, all is
-/// done once more with light matched, which is kept if the images fit a third better then, whatever their light.
+/// all before. Where light is `doubted`, means along X tell how much more of it one image has (`light_ratio`). More than a
+/// hundredth is another light, and so is suspected where nothing fits a twentieth of the pixels or a fifth of the error is
+/// left: then the field is found that aligns what is finer than 2 % of √area, matched, which light hardly changes;
+/// the ratio along that is made good, and all is done once more. It is kept if the images fit a third better so. Else
+/// the same with light matched, where much is left; images of negative values are matched only.
 ///
 /// Both images are normalised together, after `detail`, to variance 1 over all channels: c·φ gives
 /// the same field for any c > 0. Swapped images give −X, bit for bit, halfway. Throws

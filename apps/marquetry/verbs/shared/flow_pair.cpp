@@ -45,6 +45,10 @@ std::string without_factors(const OptionValues& options) {
 void say_fit(Run& run, const ImageFlow& flow, ImageLight asked) {
   if (!flow.fit) return;
   const ImageFlow::Fit& fit = *flow.fit;
+  if (fit.light == ImageLight::evened)
+    run.terminal().remark(fmt::format("the light is another in each, by {:.0f} % on the mean: the ratio is made good where they "
+                                      "are aligned, and pictures between go from the one to the other; --light kept leaves it",
+                                      100 * std::expm1(fit.ratio.size)));
   if (fit.light != asked && fit.light == ImageLight::matched)
     run.terminal().remark("the light is another in each, so both are brought to one mean and variance before they are "
                           "aligned: --light matched");

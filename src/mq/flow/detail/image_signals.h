@@ -14,7 +14,8 @@ struct SignalPair {
 enum class ImageLight {
   kept,     ///< nothing: values that differ are differences
   matched,  ///< each channel of both is brought to the same mean and variance
-  doubted   ///< kept; matched where the two fit each other badly, and fit then
+  evened,   ///< the ratio of both, which changes slowly from place to place, is made good (light_ratio.h)
+  doubted   ///< evened where means along the motion show that it is another in each, or matched; else kept
 };
 
 /// (φ − Smooth(φ)) / σ of thesis 4.4.2, of both images: Smooth is a Gaussian that damps as

@@ -1,0 +1,33 @@
+#pragma once
+/// Two images in another light: how much more of it the one has, from place to place.
+
+#include "mq/image/image.h"
+
+namespace mq {
+
+/// The ratio of the light in the second image to that in the first, which changes slowly: its logarithm, a value per
+/// channel, at the pixels of either.
+struct LightRatio {
+  Image<float> of_source, of_target;
+  double size = 0;  ///< root mean square of the logarithm over the pixels halfway and channels
+};
+
+/// What lies along a straight field X halfway, φ₀(p − X/2) and φ₁(p + X/2), tells the ratio of means around p: of the
+/// pixels seen in both, by a Gaussian of 8 % of the root of the area, to each of which a hundredth of the mean of both
+/// images is added. What is as light as the image can be, above 97 % of its largest value, says nothing. A field that is wrong
+/// in details tells it nearly as well, as means over so much change little with them. Images of no negative values;
+/// swapped images have the negative logarithm.
+LightRatio light_ratio(const Image<float>& source, const Image<float>& target, const Image<float>& X);
+
+/// The images in the light of time t, 0 that of the source, 1 that of the target: times 1 + t(r − 1) and
+/// 1/r + t(1 − 1/r), r the ratio.
+struct LitImages {
+  Image<float> source, target;
+};
+LitImages in_light(const LightRatio& ratio, const Image<float>& source, const Image<float>& target, double t);
+
+/// Both in the light that lies between, so that neither is meant: times √r and 1/√r, and no lighter than the largest
+/// value of the other one is then, which may be cut off there.
+LitImages in_mean_light(const LightRatio& ratio, const Image<float>& source, const Image<float>& target);
+
+}  // namespace mq
