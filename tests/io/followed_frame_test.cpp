@@ -28,7 +28,7 @@ FollowedFrame remeshed_frame() {
   frame.skipped = {{3, "the file ends"}};
   frame.distortion = {1, 1.0625};
   frame.kept = 9;
-  frame.match = FollowedFrame::Match{0.75, true, true, {1, 2, 3, 4, 5, 6}, 0.5};
+  frame.match = FollowedFrame::Match{0.75, true, true, true, {1, 2, 3, 4, 5, 6}, 0.5};
   frame.replaced = FollowedFrame::Replacement{1, 2, 3, 4, 5};
   frame.drift = FollowedFrame::Drift{{7, 0.25, 0.5, 0.75}, 2};
   frame.files = {{"frame_4.ply", {70, 4000000000U}}};
