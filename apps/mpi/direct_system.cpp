@@ -8,7 +8,8 @@
 
 namespace mq::shared {
 
-DirectSystem::DirectSystem(const Processes& processes, int count, const std::function<std::vector<RowEntry>(int)>& row) {
+DirectSystem::DirectSystem(const Processes& processes, int count,
+                           const std::function<std::vector<RowEntry>(int)>& row) {
   std::vector<double> counts(std::size_t(processes.count()), 0);
   counts[std::size_t(processes.rank())] = count;
   processes.sum(counts);
@@ -26,8 +27,8 @@ DirectSystem::DirectSystem(const Processes& processes, int count, const std::fun
   for (int k = 0; k < count; ++k)
     for (const RowEntry& entry : row(k))
       ++(entry.column >= first && entry.column < first + count ? own : others)[std::size_t(k)];
-  check(MatCreateAIJ(PETSC_COMM_WORLD, count, count, PetscInt(total_), PetscInt(total_), 0, own.data(), 0, others.data(),
-                     matrix_.place()));
+  check(MatCreateAIJ(PETSC_COMM_WORLD, count, count, PetscInt(total_), PetscInt(total_), 0, own.data(), 0,
+                     others.data(), matrix_.place()));
   check(MatSetOption(matrix_, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
   for (int k = 0; k < count; ++k)
     for (const RowEntry& entry : row(k))

@@ -1,5 +1,5 @@
-// mpirun -n N marquetry-mpi fill MESH [TEXTURE...] -o FOLDER/: values for the texels outside charts, the texels parted among
-// processes.
+// mpirun -n N marquetry-mpi fill MESH [TEXTURE...] -o FOLDER/: values for the texels outside charts, the texels parted
+// among processes.
 //
 // Those that lookups at the borders of charts read are solved for by all; what is farther outside gets the value of the
 // nearest that a triangle covers in the process that writes the picture.
@@ -96,7 +96,8 @@ Exit fill(Run& run) {
   const auto borders = gathered_borders(processes, *part, scene.texture_sizes.size(), border);
   double counts[] = {0, 0};
   for (const int i : part->own()) counts[0] += border[std::size_t(i)];
-  const double distance = options.has("distance") ? options.number("distance") : std::numeric_limits<double>::infinity();
+  const double distance =
+      options.has("distance") ? options.number("distance") : std::numeric_limits<double>::infinity();
   write_result(run, processes, scene, *part, *outputs, before, found.signal, [&](std::size_t k, Texture& picture) {
     const Atlas atlas = atlas_of(scene.surface, *scene.atlas, int(k));
     const std::vector<Coverage> coverage = texel_coverage(scene.surface, atlas);

@@ -55,8 +55,8 @@ int main(int argc, char** argv) {
     if (!ours.empty() && !ours[0].starts_with("-") && ours[0] != "help" && !gives(ours, "--threads"))
       ours.insert(ours.begin() + 1, {"--threads", "1"});
     if (!processes.is_first()) leave_out_reports(ours);
-    status = mq::app::run_program(
-        {mq::shared::filter_verb(), mq::shared::stitch_verb(), mq::shared::seams_verb(), mq::shared::fill_verb()}, ours);
+    using namespace mq::shared;
+    status = mq::app::run_program({filter_verb(), stitch_verb(), seams_verb(), fill_verb()}, ours);
   }
   PetscFinalize();
   return status;

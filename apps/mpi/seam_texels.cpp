@@ -1,5 +1,5 @@
-// A_FF δ = −A_F· ψ of the free texels of all processes (filter/seam_values.cpp): each has its own rows, and of what these
-// couple to the values that others have.
+// A_FF δ = −A_F· ψ of the free texels of all processes (filter/seam_values.cpp): each has its own rows, and of what
+// these couple to the values that others have.
 #include "seam_texels.h"
 
 #include <algorithm>

@@ -8,9 +8,9 @@
 
 namespace mq::shared {
 
-/// The signal with new values at the unknowns that are `free` (1), in the own rows. `psi` has the rows of the part's space,
-/// those of the halo filled; `free` those of its own. The part's space must have been made with `soft_seams`. The thin
-/// system around seams is factored by all processes together. Every process must call it.
+/// The signal with new values at the unknowns that are `free` (1), in the own rows. `psi` has the rows of the part's
+/// space, those of the halo filled; `free` those of its own. The part's space must have been made with `soft_seams`. The
+/// thin system around seams is factored by all processes together. Every process must call it.
 Filtered shared_smooth_at_seams(const Processes& processes, const TexelPart& part, const Numbering& numbering,
                                 const Signal& psi, const std::vector<char>& free, Smooth what);
 

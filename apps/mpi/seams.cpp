@@ -1,5 +1,5 @@
-// mpirun -n N marquetry-mpi seams MESH [TEXTURE...] -o FOLDER/: texels at seams chosen so that no seam shows, the texels
-// parted among processes.
+// mpirun -n N marquetry-mpi seams MESH [TEXTURE...] -o FOLDER/: texels at seams chosen so that no seam shows, the
+// texels parted among processes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,7 +58,8 @@ Exit seams(Run& run) {
 }  // namespace
 
 app::Verb seams_verb() {
-  OptionTable table("seams", "Change the texels at seams as smoothly as can be so that both sides agree, by several processes.");
+  OptionTable table("seams", "Change the texels at seams as smoothly as can be so that both sides agree, by several "
+                             "processes.");
   table.of_program("marquetry-mpi");
   table.example("castle.obj -o out/", "the same colours on both sides of every seam");
   app::add_model_options(table);

@@ -42,8 +42,8 @@ std::vector<int> writers(const Processes& processes, const TexelPart& part, std:
 /// What is still to be done with a picture where it is written, by number of its texture.
 using FinishPicture = std::function<void(std::size_t texture, Texture& picture)>;
 
-/// What became of the values, rows of the part's space, is reported of all processes, gathered where most texels of a picture
-/// are, and written there; and of each process it is said what it had to do with.
+/// What became of the values, rows of the part's space, is reported of all processes, gathered where most texels of a
+/// picture are, and written there; and of each process it is said what it had to do with.
 void write_result(app::Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
                   const Outputs& outputs, const Signal& before, const Signal& after, const FinishPicture& finish = {});
 

@@ -24,6 +24,6 @@ done > "$commands"
 if command -v parallel > /dev/null; then
   parallel --halt soon,fail=1 < "$commands"
 else
-  xargs -P "$(nproc)" -I{} sh -c {} < "$commands"
+  xargs -d '\n' -P "$(nproc)" -I{} sh -c {} < "$commands"
 fi
 "$program" track "$sequence" -o "$whole" --motion "$part" "$@"

@@ -27,6 +27,6 @@ done
 if command -v parallel > /dev/null; then
   parallel --halt soon,fail=1 < "$commands"
 else
-  xargs -P "$(nproc)" -I{} sh -c {} < "$commands"
+  xargs -d '\n' -P "$(nproc)" -I{} sh -c {} < "$commands"
 fi
 "$program" merge "$whole".part_*_of_"$parts" -o "$whole"

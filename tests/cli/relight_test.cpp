@@ -199,9 +199,11 @@ TEST(Relight, GivesTheSamePicturesInParts) {
     const auto own = folder / ("own_" + std::to_string(f) + ".png");
     ASSERT_EQ(std::filesystem::exists(own), f >= 4 && f < 8) << f;
     if (f < 4 || f >= 8) continue;
-    const Image<float> one = read_texture(own).pixels, other = read_texture(folder / ("all_" + std::to_string(f) + ".png")).pixels;
+    const Image<float> one = read_texture(own).pixels,
+                       other = read_texture(folder / ("all_" + std::to_string(f) + ".png")).pixels;
     float most = 0;
-    for (std::size_t k = 0; k < one.values().size(); ++k) most = std::max(most, std::abs(one.values()[k] - other.values()[k]));
+    for (std::size_t k = 0; k < one.values().size(); ++k)
+      most = std::max(most, std::abs(one.values()[k] - other.values()[k]));
     EXPECT_LT(most, 0.01F + 1.0F / 255) << f;
   }
   EXPECT_THAT(refusal(folder, relight(with(mean, "1/13")), "out_0.png"), HasSubstr("12"));

@@ -26,7 +26,8 @@ struct Body {
     return words;
   }
   void follow_part(int part, int count) const {
-    const Result result = marquetry(folder, track({"-o", "part_%d.evolving", "--shard", std::to_string(part) + "/" + std::to_string(count)}));
+    const std::string shard = std::to_string(part) + "/" + std::to_string(count);
+    const Result result = marquetry(folder, track({"-o", "part_%d.evolving", "--shard", shard}));
     ASSERT_EQ(result.status, 0) << result.error;
   }
   Result join(const std::string& output = "joined.evolving") const {
@@ -58,16 +59,33 @@ TEST(TrackParts, ThatAreMissingOrStoppedAreRefusedAndMadeAgain) {
   ASSERT_EQ(body.join().status, 0);
   const std::string blocks = file_bytes(body.folder / "joined.blocks");
   const EvolvingReader second(body.folder / "part_2.evolving");
-  write_bytes(body.folder / "part_2.blocks", file_bytes(body.folder / "part_2.blocks").substr(0, std::size_t(second.frames()[1].offset + 3)));
+  const auto cut = std::size_t(second.frames()[1].offset + 3);
+  write_bytes(body.folder / "part_2.blocks", file_bytes(body.folder / "part_2.blocks").substr(0, cut));
   EXPECT_THAT(body.join("again.evolving").error, HasSubstr("part_2.evolving: "));
   std::filesystem::remove(body.folder / "part_2.evolving");
   const Result refused = body.join("again.evolving");
   EXPECT_EQ(refused.status, 2);
+  EXPECT_EQ(marquetry(body.folder, body.track({"-o", "again.evolving", "--motion", "part_%d.evolving", "--dry-run"})).status, 2);
   EXPECT_THAT(refused.error, HasSubstr("--motion: 4 frames are in no part, from number 4 to 7"));
   EXPECT_FALSE(std::filesystem::exists(body.folder / "again.evolving"));
   body.follow_part(2, 2);
   ASSERT_EQ(body.join("again.evolving").status, 0);
   EXPECT_TRUE(file_bytes(body.folder / "again.blocks") == blocks);
+}
+
+TEST(TrackParts, AreNotReplacedByTheWholeAndNotForgottenByIt) {
+  const Body body;
+  for (const int part : {1, 2}) body.follow_part(part, 2);
+  const std::string blocks = file_bytes(body.folder / "part_2.blocks");
+  EXPECT_EQ(body.join("part_2.evolving").status, 2);
+  EXPECT_TRUE(file_bytes(body.folder / "part_2.blocks") == blocks);
+  ASSERT_EQ(body.join().status, 0);
+  const Words again = body.track({"-o", "joined.evolving", "--motion", "part_%d.evolving", "--resume"});
+  EXPECT_EQ(marquetry(body.folder, again).status, 0);
+  ASSERT_EQ(marquetry(body.folder, body.track({"-o", "part_%d.evolving", "--shard", "2/2", "--elasticity", "0.5"})).status, 0);
+  const Result others = marquetry(body.folder, again);
+  EXPECT_EQ(others.status, 2);
+  EXPECT_THAT(others.error, HasSubstr("the parts of --motion are not those"));
 }
 
 TEST(TrackParts, OfFilesThatChangedSinceAreRefused) {
@@ -83,26 +101,32 @@ TEST(TrackParts, OfFilesThatChangedSinceAreRefused) {
 
 TEST(TrackParts, HavePlacesForTheirNumbersAndFrames) {
   const Body body;
-  EXPECT_THAT(refusal(body.folder, body.track({"-o", "part.evolving", "--shard", "1/2"}), "part.evolving"), HasSubstr("part_%d.evolving"));
-  EXPECT_THAT(refusal(body.folder, body.track({"-o", "part_%d.evolving", "--shard", "1/9"}), "part_1.evolving"), HasSubstr("8"));
-  EXPECT_THAT(refusal(body.folder, body.track({"-o", "part_%d.evolving", "--shard", "3/2"}), "part_%d.evolving"), HasSubstr("3/16"));
-  EXPECT_THAT(refusal(body.folder, body.track({"-o", "joined.evolving", "--motion", "part_%d.evolving"}), "joined.evolving"), HasSubstr("no file is called so"));
-  EXPECT_THAT(refusal(body.folder, {"evolve", "body", "-o", "part_%d.evolving", "--shard", "1/2"}, "part_%d.evolving"), HasSubstr("track --remesh --shard"));
+  const auto said = [&](const Words& words, const std::string& output) { return refusal(body.folder, words, output); };
+  EXPECT_THAT(said(body.track({"-o", "part.evolving", "--shard", "1/2"}), "part.evolving"), HasSubstr("part_%d.evolving"));
+  EXPECT_THAT(said(body.track({"-o", "part_%d.evolving", "--shard", "1/9"}), "part_1.evolving"), HasSubstr("8"));
+  EXPECT_THAT(said(body.track({"-o", "part_%d.evolving", "--shard", "3/2"}), "part_3.evolving"), HasSubstr("3/16"));
+  EXPECT_THAT(said(body.track({"-o", "joined.evolving", "--motion", "part_%d.evolving"}), "joined.evolving"),
+              HasSubstr("no file is called so"));
+  EXPECT_THAT(said({"evolve", "body", "-o", "part_%d.evolving", "--shard", "1/2"}, "part_1.evolving"),
+              HasSubstr("track --remesh --shard"));
 }
 
 /// The script goes on with a part that was stopped, and joins all.
 TEST(TrackParts, AreRunByAScript) {
   const Body body;
+  std::filesystem::rename(body.folder / "body", body.folder / "body of one");
   const std::string script = places::source().string() + "/examples/cluster/follow.sh";
   const auto run = [&] {
-    return std::system(("cd '" + body.folder.path().string() + "' && MARQUETRY='" + places::program().string() + "' '" + script +
-                        "' 2 body walk.evolving --nodes 10 --frames 0-5 > log.txt 2>&1")
-                           .c_str());
+    const std::string command = "cd '" + body.folder.path().string() + "' && MARQUETRY='" +
+                                places::program().string() + "' '" + script +
+                                "' 2 'body of one' walk.evolving --nodes 10 --frames 0-5 > log.txt 2>&1";
+    return std::system(command.c_str());
   };
   ASSERT_EQ(run(), 0) << file_bytes(body.folder / "log.txt");
   const std::string blocks = file_bytes(body.folder / "walk.blocks");
   EXPECT_EQ(EvolvingReader(body.folder / "walk.evolving").frames().size(), 6U);
-  std::filesystem::resize_file(body.folder / "walk.part_2.blocks", std::filesystem::file_size(body.folder / "walk.part_2.blocks") - 9);
+  const auto second = body.folder / "walk.part_2.blocks";
+  std::filesystem::resize_file(second, std::filesystem::file_size(second) - 9);
   std::filesystem::remove(body.folder / "walk.evolving");
   ASSERT_EQ(run(), 0) << file_bytes(body.folder / "log.txt");
   EXPECT_THAT(file_bytes(body.folder / "log.txt"), HasSubstr("goes on after frame 4"));

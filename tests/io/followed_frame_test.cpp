@@ -45,7 +45,7 @@ TEST(FollowedFrame, IsWrittenInTheOrderOfTheFormat) {
             R"({"frame":4,"turned":2,"skipped":[{"frame":3,"why":"the file ends"}],)"
             R"("distance_mean":0.125,"distance_p95":0.25,"distance_max":0.5,)"
             R"("distortion_mean":1.0,"distortion_p95":1.0625,"matched":0.75,"predicted":true,)"
-            R"("recognised":true,"seconds":{"correspond":1.0,"solve":2.0,"colour":3.0,"snap":4.0,"measure":5.0,)"
+            R"("recognised":true,"known_motion":true,"seconds":{"correspond":1.0,"solve":2.0,"colour":3.0,"snap":4.0,"measure":5.0,)"
             R"("total":6.0,"remesh":0.5,"all":1.5},)"
             R"("triangles_kept":9,"triangles_died":3,"triangles_born":12,)"
             R"("replaced":{"distorted":1,"template_seeds":2,"target_seeds":3,"reached":4,)"

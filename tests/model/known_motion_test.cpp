@@ -85,7 +85,8 @@ TEST_F(StoredParts, AreJoinedToWhatOneRunFollows) {
   const MemoryFrames frames(all);
   MemoryStore whole, joined;
   const auto in_one = SequenceTracker(frames, whole, options).run().frames;
-  const auto first = follow_part(all, 0, 4, "first.evolving", options), second = follow_part(all, 4, 5, "second.evolving", options);
+  const auto first = follow_part(all, 0, 4, "first.evolving", options),
+             second = follow_part(all, 4, 5, "second.evolving", options);
   options.follow.motion = std::make_shared<StoredMotion>(std::vector{first, second});
   const auto in_parts = SequenceTracker(frames, joined, options).run().frames;
   ASSERT_EQ(in_parts.size(), 9U);
@@ -103,13 +104,15 @@ TEST_F(StoredParts, AreJoinedToWhatOneRunFollows) {
   MemoryStore again = joined;
   again.go_on(6);
   SequenceTracker(frames, again, options).run();
-  for (std::size_t f = 0; f < 9; ++f) EXPECT_EQ(again.mesh().frames[f].positions, joined.mesh().frames[f].positions) << f;
+  for (std::size_t f = 0; f < 9; ++f)
+    EXPECT_EQ(again.mesh().frames[f].positions, joined.mesh().frames[f].positions) << f;
 }
 
 TEST_F(StoredParts, LetTrianglesLiveOnFromPartToPartWhereBodiesMerge) {
   const std::vector<MemoryFrames::Frame> all = merging(9, 14);
   SequenceTrackerOptions options = coarse({.follow = {.remeshing = Remeshing::parts}});
-  const auto first = follow_part(all, 0, 3, "first.evolving", options), second = follow_part(all, 3, 3, "second.evolving", options);
+  const auto first = follow_part(all, 0, 3, "first.evolving", options),
+             second = follow_part(all, 3, 3, "second.evolving", options);
   options.follow.motion = std::make_shared<StoredMotion>(std::vector{first, second});
   MemoryStore joined;
   const auto found = SequenceTracker(MemoryFrames(all), joined, options).run().frames;
@@ -128,7 +131,8 @@ TEST_F(StoredParts, LetTrianglesLiveOnFromPartToPartWhereBodiesMerge) {
 TEST_F(StoredParts, AreRefusedWithGapsOrFramesTwiceOrOfOtherFiles) {
   const std::vector<MemoryFrames::Frame> all = bending(6);
   SequenceTrackerOptions options = coarse();
-  const auto first = follow_part(all, 0, 2, "first.evolving", options), last = follow_part(all, 4, 2, "last.evolving", options),
+  const auto first = follow_part(all, 0, 2, "first.evolving", options),
+             last = follow_part(all, 4, 2, "last.evolving", options),
              wide = follow_part(all, 1, 2, "wide.evolving", options);
   options.follow.motion = std::make_shared<StoredMotion>(std::vector{first, last});
   MemoryStore store;
@@ -138,7 +142,8 @@ TEST_F(StoredParts, AreRefusedWithGapsOrFramesTwiceOrOfOtherFiles) {
   EXPECT_THAT(refusal([&] { StoredMotion({first, wide}); }), HasSubstr("frame 1 is in " + first.string() + " too"));
   put("first.blocks", get("first.blocks").substr(0, get("first.blocks").size() - 3));
   EXPECT_THAT(refusal([&] { StoredMotion({first}); }), HasSubstr("make it again"));
-  EXPECT_THAT(refusal([&] { options.follow.motion->require_made_of(4, {{"frame_4.ply", {17, 3}}}); }), "");  // nothing is known
+  // Of frames in memory no files are known.
+  EXPECT_THAT(refusal([&] { options.follow.motion->require_made_of(4, {{"frame_4.ply", {17, 3}}}); }), "");
 }
 
 }  // namespace

@@ -135,8 +135,9 @@ void add_options_for_pictures(OptionTable& table) {
              .help =
                  "auto: where means along the motion say that light is another in each, its ratio is made good "
                  "[default auto]",
-             .details = "matched: each channel of both is brought to one mean and variance first, where contrast differs; "
-                        "what moves into a picture or out of it changes them too. With --search none auto is kept."});
+             .details = "matched: each channel of both is brought to one mean and variance first, where contrast "
+                        "differs; what moves into a picture or out of it changes them too. With --search none auto is "
+                        "kept."});
   table.add({.name = "paths",
              .type = Type::choice,
              .choices = {"integrated", "straight"},

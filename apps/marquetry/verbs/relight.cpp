@@ -110,6 +110,10 @@ Exit relight(Run& run) {
   const std::vector<int> frames = wanted_frames(options, reader);
   RelightOptions how = relight_options(options);
   if (options.has("shard")) {
+    require(!names_video(options.text("output")),
+            fmt::format("--shard: {} would be a video of a part alone: write pictures, such as lit_%04d.png, and make a "
+                        "video of all",
+                        options.text("output")));
     const Shard part = *parse_shard(options.text("shard"));
     how.first = first_of(part, int(frames.size()));
     how.end = first_of({part.number + 1, part.count}, int(frames.size()));

@@ -49,8 +49,8 @@ constexpr double unrelated_unfit = 0.15, unrelated_error = 0.3;
 /// Of all pixels, that nothing fits, or of the blend's error, that is left, from where on light may have changed.
 constexpr double doubtful_unfit = 0.05, doubtful_error = 0.2;
 
-/// Of the ratio of light along a field, from where on it is another in each: of pictures in one light it is 0.001 to 0.005,
-/// where one has a twentieth more 0.03 along a field that is wrong for it.
+/// Of the ratio of light along a field, from where on it is another in each: of pictures in one light it is 0.001 to
+/// 0.005, where one has a tenth more 0.03 along a field that is wrong for it.
 constexpr double least_light = 0.01;
 
 /// What light hardly changes, in % of √area: finer than that.

@@ -66,7 +66,8 @@ LightRatio light_ratio(const Image<float>& source, const Image<float>& target, c
     for (int x = 0; x < X.width(); ++x)
       for (int c = 0; c < first.channels(); ++c)
         told[std::size_t((y * X.width() + x) * first.channels() + c)] =
-            lands_inside(back, x, y) && lands_inside(forth, x, y) && first(x, y, c) < cut_first && second(x, y, c) < cut_second;
+            lands_inside(back, x, y) && lands_inside(forth, x, y) && first(x, y, c) < cut_first &&
+            second(x, y, c) < cut_second;
   first = means(std::move(first), told);
   second = means(std::move(second), told);
   const float added = float(least_part * (mean_value(source) + mean_value(target)) / 2);

@@ -14,9 +14,9 @@ struct LightRatio {
 
 /// What lies along a straight field X halfway, φ₀(p − X/2) and φ₁(p + X/2), tells the ratio of means around p: of the
 /// pixels seen in both, by a Gaussian of 8 % of the root of the area, to each of which a hundredth of the mean of both
-/// images is added. What is as light as the image can be, above 97 % of its largest value, says nothing. A field that is wrong
-/// in details tells it nearly as well, as means over so much change little with them. Images of no negative values;
-/// swapped images have the negative logarithm.
+/// images is added. What is as light as the image can be, above 97 % of its largest value, says nothing. A field that is
+/// wrong in details tells it nearly as well, as means over so much change little with them. Images of no negative
+/// values; swapped images have the negative logarithm.
 LightRatio light_ratio(const Image<float>& source, const Image<float>& target, const Image<float>& X);
 
 /// The images in the light of time t, 0 that of the source, 1 that of the target: times 1 + t(r − 1) and

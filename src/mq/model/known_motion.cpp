@@ -19,9 +19,9 @@ StoredMotion::StoredMotion(const std::vector<std::filesystem::path>& stores) {
       const int number = store.frames()[f].number;
       const auto [at, is_new] = places_.try_emplace(number, Place{int(stores_.size()) - 1, int(f)});
       if (!is_new)
-        throw InvalidInput(fmt::format("{}: frame {} is in {} too: parts of a sequence have each of its frames once; "
-                                       "leave one of them out",
-                                       path.string(), number, stores_[std::size_t(at->second.store)]->manifest().string()));
+        throw InvalidInput(fmt::format(
+            "{}: frame {} is in {} too: parts of a sequence have each of its frames once; leave one of them out",
+            path.string(), number, stores_[std::size_t(at->second.store)]->manifest().string()));
     }
   }
 }
@@ -52,8 +52,8 @@ void StoredMotion::require_made_of(int frame, const std::vector<KnownFile>& file
   const FollowedFrame known = followed_frame(frame, store.frames()[std::size_t(place->second.frame)].measured);
   // The first is the mesh; pictures may be used by one and not by the other.
   if (known.files.empty() || files.empty() || known.files.front().print == files.front().print) return;
-  throw InvalidInput(fmt::format("{} followed another file as frame {}, of {} bytes where {} has {} now: make that part "
-                                 "again",
+  throw InvalidInput(fmt::format("{} followed another file as frame {}, of {} bytes where {} has {} now: make that "
+                                 "part again",
                                  store.manifest().string(), frame, known.files.front().print.bytes,
                                  files.front().name, files.front().print.bytes));
 }

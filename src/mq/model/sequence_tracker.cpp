@@ -42,7 +42,7 @@ FollowedSequence SequenceTracker::run(const Progress& progress) {
                                    "are to be followed by would be replaced in each of them; wanted no more than that",
                                    option_name("error"), 100 * *options_.error, option_name("within"),
                                    100 * options_.follow.within));
-  if (options_.bad_frames == SequenceTrackerOptions::BadFrames::refused) require_known_motion(0, frames_.count());
+  require_all_known();
   const int begun =
       options_.resume == SequenceTrackerOptions::Resume::where_possible ? take_up() : 0;
   if (begun > 0) {
@@ -74,6 +74,7 @@ FollowedSequence SequenceTracker::run(const Progress& progress) {
 }
 
 void SequenceTracker::rehearse() {
+  require_all_known();
   if (options_.resume == SequenceTrackerOptions::Resume::where_possible && take_up() > 0) return;
   bool is_begun = false;
   for (int frame = 0; frame < frames_.count() && !is_begun; ++frame) {
@@ -89,6 +90,11 @@ void SequenceTracker::rehearse() {
   if (!is_begun) refuse_none();
 }
 
+/// Of frames that are left out where they are bad that is known when it is their turn.
+void SequenceTracker::require_all_known() const {
+  if (options_.bad_frames == SequenceTrackerOptions::BadFrames::refused) require_known_motion(0, frames_.count());
+}
+
 /// Where parts of the sequence say how it moves, none of its frames may be missing there.
 void SequenceTracker::require_known_motion(int first, int end) const {
   if (!options_.follow.motion) return;
@@ -99,8 +105,9 @@ void SequenceTracker::require_known_motion(int first, int end) const {
   throw InvalidInput(fmt::format("{}: {} {} in no part, {}; follow the parts that should have them to their end",
                                  option_name("motion"), counted(std::ssize(missing), "frame"),
                                  missing.size() == 1 ? "is" : "are",
-                                 missing.size() == 1 ? fmt::format("number {}", missing.front())
-                                                     : fmt::format("from number {} to {}", missing.front(), missing.back())));
+                                 missing.size() == 1
+                                     ? fmt::format("number {}", missing.front())
+                                     : fmt::format("from number {} to {}", missing.front(), missing.back())));
 }
 
 /// Facing as what follows the frame before does.

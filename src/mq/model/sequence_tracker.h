@@ -76,6 +76,7 @@ class SequenceTracker {
   void open_store(const Mesh& first);
   void say_defects(const CapturedFrame& frame);
   void say_safe(int frames) const;
+  void require_all_known() const;
   void require_known_motion(int first, int end) const;
   void list_missing_before(int frame);
   [[noreturn]] void refuse_none() const;

@@ -48,7 +48,8 @@ TrackOptions track_options(const TemplateFollowerOptions& options) {
 void put(const TrackedFrame& tracked, int triangles, FollowedFrame& found) {
   found.distance = tracked.distance;
   found.distortion = tracked.distortion;
-  found.match = FollowedFrame::Match{tracked.matched, tracked.predicted, tracked.recognised, tracked.known, tracked.seconds, {}};
+  found.match = FollowedFrame::Match{tracked.matched, tracked.predicted, tracked.recognised,
+                                     tracked.known,   tracked.seconds,   {}};
   found.kept = triangles;
   found.added = found.removed = 0;
 }

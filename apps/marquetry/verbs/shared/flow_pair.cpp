@@ -22,6 +22,9 @@ constexpr double much_left = 0.25;
 /// Of all pixels, that it is remarked nothing fits.
 constexpr double many_unfit = 0.01;
 
+/// Of the ratio of light, that is told.
+constexpr double told_light = 0.005;
+
 /// A forecast of less than both is not worth a word.
 constexpr double long_seconds = 60;
 constexpr double many_bytes = 2e9;
@@ -45,10 +48,11 @@ std::string without_factors(const OptionValues& options) {
 void say_fit(Run& run, const ImageFlow& flow, ImageLight asked) {
   if (!flow.fit) return;
   const ImageFlow::Fit& fit = *flow.fit;
-  if (fit.light == ImageLight::evened)
-    run.terminal().remark(fmt::format("the light is another in each, by {:.0f} % on the mean: the ratio is made good where they "
-                                      "are aligned, and pictures between go from the one to the other; --light kept leaves it",
-                                      100 * std::expm1(fit.ratio.size)));
+  if (fit.light == ImageLight::evened && fit.ratio.size > told_light)
+    run.terminal().remark(
+        fmt::format("the light is another in each, by {:.0f} % on the mean: the ratio is made good where they are "
+                    "aligned, and pictures between go from the one to the other; --light kept leaves it",
+                    100 * std::expm1(fit.ratio.size)));
   if (fit.light != asked && fit.light == ImageLight::matched)
     run.terminal().remark("the light is another in each, so both are brought to one mean and variance before they are "
                           "aligned: --light matched");

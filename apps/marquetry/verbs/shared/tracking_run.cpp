@@ -33,23 +33,42 @@ constexpr const char* deciding[] = {"photometric", "cycles",    "nodes",        
 
 /// The part of the sequence that is asked for; none: all of it.
 std::optional<Shard> asked_part(const OptionValues& options) {
-  const bool in_parts = std::ranges::any_of(options.table().options(), [](const Option& option) { return option.name == "shard"; });
+  const bool in_parts = std::ranges::any_of(options.table().options(),
+                                            [](const Option& option) { return option.name == "shard"; });
   if (!in_parts || !options.has("shard")) return {};
   return parse_shard(options.text("shard"));
 }
 
+/// The stores of --motion.
+std::vector<fs::path> asked_parts(const OptionValues& options) {
+  if (!options.has("motion")) return {};
+  const std::string name = options.text("motion");
+  if (!has_frame_place(name)) return {name};
+  std::vector<fs::path> stores;
+  for (const FrameFile& part : find_frames(name)) stores.push_back(part.path);
+  return stores;
+}
+
+fs::path blocks_of(const fs::path& store) { return fs::path(store).replace_extension(".blocks"); }
+
 /// What parts of the sequence that were followed by themselves say of its motion; null: none are given.
 std::shared_ptr<const KnownMotion> known_motion(Run& run) {
-  const OptionValues& options = run.options();
-  if (!options.has("motion")) return nullptr;
-  const std::string name = options.text("motion");
-  std::vector<fs::path> stores;
-  if (has_frame_place(name))
-    for (const FrameFile& part : find_frames(name)) stores.push_back(part.path);
-  else
-    stores.emplace_back(name);
-  for (const fs::path& store : stores) run.will_read(store);
-  return std::make_shared<StoredMotion>(stores);
+  const std::vector<fs::path> stores = asked_parts(run.options());
+  for (const fs::path& store : stores) {
+    run.will_read(store);
+    run.will_read(blocks_of(store));
+  }
+  return stores.empty() ? nullptr : std::make_shared<StoredMotion>(stores);
+}
+
+/// Of each of the parts what its blocks are: parts that are made again are others.
+Json parts_json(const OptionValues& options) {
+  Json parts = Json::array();
+  for (const fs::path& store : asked_parts(options)) {
+    const FilePrint print = file_print(blocks_of(store));
+    parts.push_back({{"part", store.filename().string()}, {"bytes", print.bytes}, {"crc32", print.crc32}});
+  }
+  return parts;
 }
 
 TemplateFollowerOptions follow_options(const OptionValues& options, Remeshing remeshing) {
@@ -93,8 +112,9 @@ FileFrames captured_frames(Run& run) {
       for (const FrameFile& file : find_frames(options.text("sequence"))) files.numbers.push_back(file.number);
     const std::size_t all = files.numbers.size();
     files.numbers = frames_of(*part, files.numbers);
-    require(!files.numbers.empty(), fmt::format("--shard: found {}, wanted no more parts than the sequence has frames, {}",
-                                                options.text("shard"), all));
+    require(!files.numbers.empty(),
+            fmt::format("--shard: found {}, wanted no more parts than the sequence has frames, {}",
+                        options.text("shard"), all));
   }
   if (options.has("texture")) files.textures = options.text("texture");
   if (options.flag("photometric")) files.pictures = ReadModelOptions::Pictures::read;
@@ -129,6 +149,10 @@ void require_same_options(const EvolvingReader& reader, const OptionValues& opti
                remeshing != Remeshing::none);
   for (const char* name : deciding)
     require_same(std::string("--") + name, before.value(name, Json()), now.value(name, Json()));
+  require(about.value("parts", Json::array()) == parts_json(options),
+          fmt::format("{}: --resume: the parts of --motion are not those that its frames were followed with; go without "
+                      "--resume",
+                      reader.manifest().string()));
 }
 
 EvolvingStore made_store(const OptionValues& options, Remeshing remeshing) {
@@ -136,7 +160,8 @@ EvolvingStore made_store(const OptionValues& options, Remeshing remeshing) {
   require(
       output.extension() == ".evolving",
       fmt::format("--output: found '{}', wanted a name that ends in .evolving", output.string()));
-  const Json about = {{"verb", options.table().verb()}, {"options", options_json(options)}};
+  Json about = {{"verb", options.table().verb()}, {"options", options_json(options)}};
+  if (options.has("motion")) about["parts"] = parts_json(options);
   const auto require_same = [&options, remeshing](const EvolvingReader& reader) {
     require_same_options(reader, options, remeshing);
   };
@@ -359,7 +384,7 @@ fs::path followed_store(const OptionValues& options) {
 
 std::vector<fs::path> followed_paths(const OptionValues& options) {
   const fs::path output = followed_store(options);
-  std::vector<fs::path> paths = {output, fs::path(output).replace_extension(".blocks")};
+  std::vector<fs::path> paths = {output, blocks_of(output)};
   std::ranges::copy(sequence_picture_paths(options), std::back_inserter(paths));
   return paths;
 }
@@ -368,11 +393,12 @@ Json track_sequence(Run& run, Remeshing remeshing, double share) {
   const OptionValues& options = run.options();
   EvolvingStore store = made_store(options, remeshing);
   const FileFrames frames = captured_frames(run);
+  const SequenceTrackerOptions how = tracker_options(run, remeshing);
   run.will_write(followed_paths(options));
   run.input = {{"frames", frames.count()},
                {"first", frames.name(0)},
                {"last", frames.name(frames.count() - 1)}};
-  SequenceTracker tracker(frames, store, tracker_options(run, remeshing), run.terminal());
+  SequenceTracker tracker(frames, store, how, run.terminal());
   if (run.dry_run()) {
     tracker.rehearse();
     return nullptr;
