@@ -3,10 +3,8 @@
 //
 // Those that lookups at the borders of charts read are solved for by all; what is farther outside gets the value of the
 // nearest that a triangle covers in the process that writes the picture.
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <map>
+#include <limits>
 #include <optional>
 
 #include "mq/filter/chart_borders.h"

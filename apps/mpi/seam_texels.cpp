@@ -3,6 +3,7 @@
 #include "seam_texels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "direct_system.h"

@@ -1,8 +1,5 @@
 // mpirun -n N marquetry-mpi seams MESH [TEXTURE...] -o FOLDER/: texels at seams chosen so that no seam shows, the
 // texels parted among processes.
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <optional>
 
 #include "mq/filter/seam_values.h"
