@@ -23,15 +23,13 @@ TEST(SharedSeams, GiveThePicturesOfTheProgram) {
     const Result one = marquetry(folder, to("one.exr"));
     ASSERT_EQ(one.status, 0) << one.error;
     const auto expected = one.json()["result"];
-    for (const int processes : {1, 4}) {
-      const Result result = mpirun(folder, processes, to("by.exr"));
-      ASSERT_EQ(result.status, 0) << result.error;
-      EXPECT_LT(difference(folder / "one.exr", folder / "by.exr"), 1e-6) << words[0] << ' ' << processes;
-      const auto found = result.json()["result"];
-      for (const char* count : {"unknowns", "seam_texels", "border_texels", "outside_texels"})
-        if (expected.contains(count)) EXPECT_EQ(found[count], expected[count]) << count;
-      EXPECT_NEAR(found["rms_change"].get<double>(), expected["rms_change"].get<double>(), 1e-7);
-    }
+    const Result result = mpirun(folder, 3, to("by.exr"));
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_LT(difference(folder / "one.exr", folder / "by.exr"), 1e-6) << words[0];
+    const auto found = result.json()["result"];
+    for (const char* count : {"unknowns", "seam_texels", "border_texels", "outside_texels"})
+      if (expected.contains(count)) EXPECT_EQ(found[count], expected[count]) << count;
+    EXPECT_NEAR(found["rms_change"].get<double>(), expected["rms_change"].get<double>(), 1e-7);
   }
 }
 
