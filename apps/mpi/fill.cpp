@@ -29,14 +29,9 @@ using app::Step;
 /// Nothing beyond the range that each channel has, in any process.
 void keep_in_range(const Processes& processes, const TexelPart& part, const Signal& before,
                    const std::vector<char>& border, Signal& after) {
-  const Signal own = own_rows(part, before);
-  for (Eigen::Index c = 0; c < own.cols(); ++c) {
-    const bool any = own.rows() > 0;
-    const double low = -processes.largest(any ? -own.col(c).minCoeff() : -std::numeric_limits<double>::infinity());
-    const double high = processes.largest(any ? own.col(c).maxCoeff() : -std::numeric_limits<double>::infinity());
-    for (const int i : part.own())
-      if (border[std::size_t(i)]) after(i, c) = std::clamp(after(i, c), low, high);
-  }
+  const ValueRange range = shared_range(processes, part, before, std::vector<char>(border.size(), 1));
+  for (const int i : part.own())
+    if (border[std::size_t(i)]) after.row(i) = after.row(i).cwiseMax(range.low).cwiseMin(range.high);
 }
 
 /// Of each texture that this process writes the texels at borders of charts, whoever has them.
@@ -74,11 +69,7 @@ Exit fill(Run& run) {
   const std::unique_ptr<TexelPart> part =
       part_of(run, processes, scene, soft_seams(*scene.atlas, options.number("weight")));
   Signal before = read_values(run, processes, scene, *part);
-  std::unique_ptr<Numbering> numbering;
-  processes.talking([&] {
-    numbering = std::make_unique<Numbering>(processes, *part);
-    numbering->fill_halo(before);
-  });
+  const std::unique_ptr<Numbering> numbering = numbered(processes, *part, before);
   std::vector<char> border(part->places().size(), 0);
   processes.together([&] {
     if (!part->empty()) border = border_texels(part->space(), texel_coverage(scene.surface, part->atlas()));
@@ -92,18 +83,17 @@ Exit fill(Run& run) {
   keep_in_range(processes, *part, before, border, found.signal);
   run.solve = app::solve_json(found.report);
   const auto borders = gathered_borders(processes, *part, scene.texture_sizes.size(), border);
-  double counts[] = {0, 0};
-  for (const int i : part->own()) counts[0] += border[std::size_t(i)];
+  double outside = 0;
   const double distance =
       options.has("distance") ? options.number("distance") : std::numeric_limits<double>::infinity();
   write_result(run, processes, scene, *part, *outputs, before, found.signal, [&](std::size_t k, Texture& picture) {
     const Atlas atlas = atlas_of(scene.surface, *scene.atlas, int(k));
     const std::vector<Coverage> coverage = texel_coverage(scene.surface, atlas);
-    counts[1] += double(spread_past_borders(borders[k], coverage[k], distance, picture.pixels));
+    outside += double(spread_past_borders(borders[k], coverage[k], distance, picture.pixels));
   });
-  processes.sum(counts);
-  run.result["border_texels"] = std::int64_t(counts[0]);
-  run.result["outside_texels"] = std::int64_t(counts[1]);
+  processes.sum({&outside, 1});
+  run.result["border_texels"] = count_own(processes, *part, border);
+  run.result["outside_texels"] = std::int64_t(outside);
   return Exit::done;
 }
 

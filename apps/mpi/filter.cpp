@@ -62,11 +62,7 @@ Exit filter(Run& run) {
   Signal& worked = luminance_alone ? Y : psi;
   Signal change;
   {
-    std::unique_ptr<Numbering> numbering;
-    processes.talking([&] {
-      numbering = std::make_unique<Numbering>(processes, *part);
-      numbering->fill_halo(worked);
-    });
+    const std::unique_ptr<Numbering> numbering = numbered(processes, *part, worked);
     const Signal B = right_hand_side(processes, *part, weight * (app::asked_beta(run.options()) - 1), worked);
     change = SharedEquation(run, processes, *numbering, *part, weight).solve(B);
   }

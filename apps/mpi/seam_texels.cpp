@@ -8,7 +8,6 @@
 
 #include "direct_system.h"
 #include "mq/base/stopwatch.h"
-#include "mq/filter/seam_rows.h"
 #include "mq/linear/connected_components.h"
 
 namespace mq::shared {
@@ -37,7 +36,6 @@ class SeamTexels {
   std::vector<int> bring_back(const std::vector<char>& counts, const std::vector<int>& rows, Signal& phi) const;
 
  private:
-  ValueRange everywhere(const std::vector<char>& counts) const;
   Signal neighbour_ranges(const std::vector<char>& counts) const;
 
   const Processes& processes_;
@@ -111,28 +109,6 @@ void SeamTexels::solve(const Signal& right, const std::vector<int>& rows, Signal
   });
 }
 
-/// Of all processes.
-ValueRange SeamTexels::everywhere(const std::vector<char>& counts) const {
-  const auto channels = std::size_t(psi_.cols());
-  std::vector<double> most(2 * channels, -std::numeric_limits<double>::infinity());
-  for (const int i : part_.own())
-    for (std::size_t c = 0; counts[std::size_t(i)] && c < channels; ++c) {
-      const double value = psi_(i, Eigen::Index(c));
-      most[c] = std::max(most[c], -value);
-      most[channels + c] = std::max(most[channels + c], value);
-    }
-  processes_.largest(most);
-  ValueRange range;
-  if (std::isinf(most.front())) return range;
-  range.low.resize(psi_.cols());
-  range.high.resize(psi_.cols());
-  for (std::size_t c = 0; c < channels; ++c) {
-    range.low[Eigen::Index(c)] = -most[c];
-    range.high[Eigen::Index(c)] = most[channels + c];
-  }
-  return range;
-}
-
 /// Per unknown the least and the greatest around it, NaN where nothing counts.
 Signal SeamTexels::neighbour_ranges(const std::vector<char>& counts) const {
   const Eigen::Index channels = psi_.cols();
@@ -149,7 +125,7 @@ Signal SeamTexels::neighbour_ranges(const std::vector<char>& counts) const {
 /// See `smooth_at_seams`.
 std::vector<int> SeamTexels::bring_back(const std::vector<char>& counts, const std::vector<int>& rows,
                                         Signal& phi) const {
-  const ValueRange all = everywhere(counts);
+  const ValueRange all = shared_range(processes_, part_, psi_, counts);
   const Signal ranges = neighbour_ranges(counts);
   const Eigen::Index channels = psi_.cols();
   const auto around = [&](int i) {
@@ -163,16 +139,34 @@ std::vector<int> SeamTexels::bring_back(const std::vector<char>& counts, const s
     if (!range.any())
       for (SparseMatrix::InnerIterator it(A_, i); it; ++it) range.extend(around(int(it.col())));
     if (!range.any()) range = all;
-    if (!range.any()) continue;
-    const Eigen::RowVectorXd within = range.bounded(phi.row(i));
-    if (within == phi.row(i)) continue;
-    phi.row(i) = within;
-    brought.push_back(i);
+    if (range.bring_back(phi, i)) brought.push_back(i);
   }
   return brought;
 }
 
 }  // namespace
+
+ValueRange shared_range(const Processes& processes, const TexelPart& part, const Signal& values,
+                        const std::vector<char>& counts) {
+  const auto channels = std::size_t(values.cols());
+  std::vector<double> most(2 * channels, -std::numeric_limits<double>::infinity());
+  for (const int i : part.own())
+    for (std::size_t c = 0; counts[std::size_t(i)] && c < channels; ++c) {
+      const double value = values(i, Eigen::Index(c));
+      most[c] = std::max(most[c], -value);
+      most[channels + c] = std::max(most[channels + c], value);
+    }
+  processes.largest(most);
+  ValueRange range;
+  if (std::isinf(most.front())) return range;
+  range.low.resize(values.cols());
+  range.high.resize(values.cols());
+  for (std::size_t c = 0; c < channels; ++c) {
+    range.low[Eigen::Index(c)] = -most[c];
+    range.high[Eigen::Index(c)] = most[channels + c];
+  }
+  return range;
+}
 
 Filtered shared_smooth_at_seams(const Processes& processes, const TexelPart& part, const Numbering& numbering,
                                 const Signal& psi, const std::vector<char>& free, Smooth what) {

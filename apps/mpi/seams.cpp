@@ -28,11 +28,7 @@ Exit seams(Run& run) {
   const std::unique_ptr<TexelPart> part =
       part_of(run, processes, scene, soft_seams(*scene.atlas, run.options().number("weight")));
   Signal before = read_values(run, processes, scene, *part);
-  std::unique_ptr<Numbering> numbering;
-  processes.talking([&] {
-    numbering = std::make_unique<Numbering>(processes, *part);
-    numbering->fill_halo(before);
-  });
+  const std::unique_ptr<Numbering> numbering = numbered(processes, *part, before);
   std::vector<char> free(part->places().size(), 0);
   processes.together([&] {
     if (!part->empty()) free = seam_texels(scene.surface, part->atlas(), part->space());
@@ -43,10 +39,7 @@ Exit seams(Run& run) {
     found = shared_smooth_at_seams(processes, *part, *numbering, before, free, Smooth::change);
   }
   part->let_go_of_space();
-  double count = 0;
-  for (const int i : part->own()) count += free[std::size_t(i)];
-  processes.sum({&count, 1});
-  run.result["seam_texels"] = std::int64_t(count);
+  run.result["seam_texels"] = count_own(processes, *part, free);
   run.solve = app::solve_json(found.report);
   write_result(run, processes, scene, *part, *outputs, before, found.signal);
   return Exit::done;

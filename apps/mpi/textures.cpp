@@ -174,6 +174,22 @@ Signal read_values(Run& run, const Processes& processes, const TexturedModel& sc
   return values;
 }
 
+std::unique_ptr<Numbering> numbered(const Processes& processes, const TexelPart& part, Signal& values) {
+  std::unique_ptr<Numbering> numbering;
+  processes.talking([&] {
+    numbering = std::make_unique<Numbering>(processes, part);
+    numbering->fill_halo(values);
+  });
+  return numbering;
+}
+
+std::int64_t count_own(const Processes& processes, const TexelPart& part, const std::vector<char>& marks) {
+  double count = 0;
+  for (const int i : part.own()) count += marks[std::size_t(i)];
+  processes.sum({&count, 1});
+  return std::int64_t(count);
+}
+
 Signal own_rows(const TexelPart& part, const Signal& all) {
   Signal own(std::ssize(part.own()), all.cols());
   for (std::size_t n = 0; n < part.own().size(); ++n) own.row(Eigen::Index(n)) = all.row(part.own()[n]);

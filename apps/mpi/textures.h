@@ -9,6 +9,7 @@
 #include "mq/fem/texel_part.h"
 #include "mq/model/outputs.h"
 #include "mq/model/textured_model.h"
+#include "numbering.h"
 #include "processes.h"
 #include "shell/run.h"
 
@@ -32,6 +33,12 @@ double checked_weight(const Processes& processes, const std::string& verb, const
 
 /// The values of the part's own texels, a row per unknown of its space; no picture is kept.
 Signal read_values(app::Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part);
+
+/// The numbering of all texels; fills in the halo of these values. Every process must call it.
+std::unique_ptr<Numbering> numbered(const Processes& processes, const TexelPart& part, Signal& values);
+
+/// How many of the own texels are marked (1), of all processes. Every process must call it.
+std::int64_t count_own(const Processes& processes, const TexelPart& part, const std::vector<char>& marks);
 
 /// Own rows of a signal that has a row per unknown of the part's space.
 Signal own_rows(const TexelPart& part, const Signal& all);

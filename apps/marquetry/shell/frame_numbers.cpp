@@ -39,13 +39,22 @@ std::optional<Shard> parse_shard(const std::string& text) {
   return shard;
 }
 
-int first_of(const Shard& shard, int frames) {
-  return int(std::int64_t(frames) * (shard.number - 1) / shard.count);
+FrameRange range_of(const Shard& shard, int frames) {
+  const auto begin = [&](int parts) { return int(std::int64_t(frames) * parts / shard.count); };
+  return {begin(shard.number - 1), begin(shard.number)};
+}
+
+FrameRange asked_range(const OptionValues& options, int frames) {
+  const std::string text = options.text("shard");
+  const FrameRange range = range_of(*parse_shard(text), frames);
+  require(range.first < range.end,
+          fmt::format("--shard: found {}, wanted no more parts than there are frames, {}", text, frames));
+  return range;
 }
 
 std::vector<int> frames_of(const Shard& shard, const std::vector<int>& frames) {
-  const int count = int(frames.size());
-  return {frames.begin() + first_of(shard, count), frames.begin() + first_of({shard.number + 1, shard.count}, count)};
+  const FrameRange range = range_of(shard, int(frames.size()));
+  return {frames.begin() + range.first, frames.begin() + range.end};
 }
 
 void require_no_frame_place(const std::string& output) {

@@ -24,9 +24,14 @@ struct Shard {
 /// What "3/16" says; none where it says nothing.
 std::optional<Shard> parse_shard(const std::string& text);
 
-/// Of so many frames the first of a part, counted from 0: parts follow one another, and their lengths differ by one at
-/// most.
-int first_of(const Shard& shard, int frames);
+/// Of so many frames those of a part, counted from 0: parts follow one another, and their lengths differ by one at most.
+struct FrameRange {
+  int first = 0, end = 0;
+};
+FrameRange range_of(const Shard& shard, int frames);
+
+/// The same of --shard as it was typed. Throws `InvalidInput` where the part has none of the frames.
+FrameRange asked_range(const OptionValues& options, int frames);
 
 /// The frames of a part, in order.
 std::vector<int> frames_of(const Shard& shard, const std::vector<int>& frames);

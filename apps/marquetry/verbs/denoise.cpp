@@ -102,8 +102,8 @@ Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& ta
                                                  : fmt::format(", and {} fireflies", found.fireflies)));
   else
     say_that_it_is_clean(run);
-  const Signal change = found.signal - before;
-  if (most > 0 && found.fireflies == 0 && change.norm() < unseen_change * std::sqrt(double(change.size())))
+  if (most > 0 && found.fireflies == 0 &&
+      (found.signal - before).norm() < unseen_change * std::sqrt(double(before.size())))
     say_that_it_hardly_changes(run);
   if (found.smoothed > 1)
     run.terminal().remark(fmt::format(

@@ -114,11 +114,9 @@ Exit relight(Run& run) {
             fmt::format("--shard: {} would be a video of a part alone: write pictures, such as lit_%04d.png, and make a "
                         "video of all",
                         options.text("output")));
-    const Shard part = *parse_shard(options.text("shard"));
-    how.first = first_of(part, int(frames.size()));
-    how.end = first_of({part.number + 1, part.count}, int(frames.size()));
-    require(how.first < how.end, fmt::format("--shard: found {}, wanted no more parts than there are frames, {}",
-                                             options.text("shard"), frames.size()));
+    const FrameRange part = asked_range(options, int(frames.size()));
+    how.first = part.first;
+    how.end = part.end;
   }
   SequenceRelighter relighter(reader, frames, relight_files(options), how, run.terminal());
   for (const std::filesystem::path& path : relighter.inputs()) run.will_read(path);

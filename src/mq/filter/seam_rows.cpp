@@ -47,9 +47,13 @@ void ValueRange::extend(const SparseMatrix& A, const Signal& psi, const std::vec
     if (counts[std::size_t(it.col())]) extend(psi.row(it.col()));
 }
 
-Eigen::RowVectorXd ValueRange::bounded(const Eigen::RowVectorXd& values) const {
+bool ValueRange::bring_back(Signal& phi, int i) const {
+  if (!any()) return false;
   const Eigen::RowVectorXd more = part_beyond * (high - low);
-  return values.cwiseMax(low - more).cwiseMin(high + more);
+  const Eigen::RowVectorXd within = phi.row(i).cwiseMax(low - more).cwiseMin(high + more);
+  if (within == phi.row(i)) return false;
+  phi.row(i) = within;
+  return true;
 }
 
 }  // namespace mq

@@ -25,8 +25,9 @@ struct ValueRange {
   /// By those that count (1) among i and its neighbours in A.
   void extend(const SparseMatrix& A, const Signal& psi, const std::vector<char>& counts, int i);
 
-  /// The values brought into the range, and a quarter of it more: a border goes on where its neighbours lead.
-  Eigen::RowVectorXd bounded(const Eigen::RowVectorXd& values) const;
+  /// Brings row i of a signal into the range, and a quarter of it more: a border goes on where its neighbours lead.
+  /// Whether that changed it.
+  bool bring_back(Signal& phi, int i) const;
 };
 
 }  // namespace mq

@@ -89,11 +89,7 @@ std::vector<int> bring_back(const SparseMatrix& A, const Signal& psi,
           if (counts[j]) everywhere.extend(psi.row(std::int64_t(j)));
       range = everywhere;
     }
-    if (!range.any()) continue;
-    const Eigen::RowVectorXd within = range.bounded(phi.row(i));
-    if (within == phi.row(i)) continue;
-    phi.row(i) = within;
-    brought.push_back(i);
+    if (range.bring_back(phi, i)) brought.push_back(i);
   }
   return brought;
 }

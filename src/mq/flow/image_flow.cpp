@@ -76,16 +76,6 @@ SignalPair prepared(const Image<float>& source, const Image<float>& target, cons
   return flow_signals(source, target, flow_pixels(detail, scale), light);
 }
 
-double mean_of(const Image<float>& values) {
-  return parallel_sum(values.pixel_count(), 0.0,
-                      [&](std::int64_t begin, std::int64_t end) {
-                        double sum = 0;
-                        for (std::int64_t p = begin; p < end; ++p) sum += values.values()[std::size_t(p)];
-                        return sum;
-                      }) /
-         double(values.pixel_count());
-}
-
 double share_above(const Image<float>& values, float least) {
   const auto count = std::ranges::count_if(values.values(), [&](float value) { return value > least; });
   return double(count) / double(values.pixel_count());
@@ -115,9 +105,9 @@ void search_far(ImageFlow& flow, const SignalPair& signals, const ImageFlowOptio
   Image<float> X = torn_field(signals, smooth, options, progress);
   Image<float> costs = misfit(signals, X);
   const FieldClaims claims = claimed(X, 0.5, costs);
-  const double before = mean_of(misfit(signals, smooth, claimed(smooth, 0.5, fit.misfit)));
+  const double before = mean(misfit(signals, smooth, claimed(smooth, 0.5, fit.misfit)));
   const double error = error_where_seen(signals, X, claims, options);
-  if (mean_of(misfit(signals, X, claims)) < most_of_misfit * before && error < flow.error.back()) {
+  if (mean(misfit(signals, X, claims)) < most_of_misfit * before && error < flow.error.back()) {
     ImageFlowLevel level;
     level.width = X.width();
     level.height = X.height();
@@ -132,7 +122,7 @@ void search_far(ImageFlow& flow, const SignalPair& signals, const ImageFlowOptio
     fit.misfit = std::move(costs);
     fit.torn = true;
   }
-  fit.unfit = mean_of(image_sight(signals, flow, 0.5).unfit);
+  fit.unfit = mean(image_sight(signals, flow, 0.5).unfit);
   fit.unrelated = fit.unfit > unrelated_unfit && flow.error.back() > unrelated_error * flow.error.front();
 }
 
@@ -210,8 +200,8 @@ ImageFlow flow_in_doubtful_light(const Image<float>& source, const Image<float>&
   options.light = ImageLight::kept;
   Aligned kept = coarse_to_fine_aligned(source, target, options, progress.step("align", 0.45));
   ImageFlow& flow = kept.flow;
-  double most = most_of_misfit * mean_of(misfit(kept.signals, straightened(flow.field, flow.path)));
-  const auto fits_better = [&](const ImageFlow& other) { return mean_of(other.fit->misfit) < most; };
+  double most = most_of_misfit * mean(misfit(kept.signals, straightened(flow.field, flow.path)));
+  const auto fits_better = [&](const ImageFlow& other) { return mean(other.fit->misfit) < most; };
   const bool positive = is_positive(source) && is_positive(target);
   const bool is_lit = positive && light_along(flow, source, target).size > least_light;
   if (is_lit)
@@ -219,7 +209,7 @@ ImageFlow flow_in_doubtful_light(const Image<float>& source, const Image<float>&
       return evened;
   search_far(flow, kept.signals, options, progress.step("search far", 0.5));
   if (flow.fit->unfit < doubtful_unfit && flow.error.back() < doubtful_error * flow.error.front()) return flow;
-  most = most_of_misfit * mean_of(flow.fit->misfit);
+  most = most_of_misfit * mean(flow.fit->misfit);
   if (positive && !is_lit)
     if (ImageFlow evened = flow_evened(source, target, options, progress.step("even light", 0.02)); fits_better(evened))
       return evened;

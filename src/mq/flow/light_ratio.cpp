@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "mq/base/parallel.h"
+#include "mq/flow/detail/field_claims.h"
+#include "mq/flow/detail/image_signals.h"
 #include "mq/flow/detail/image_warp.h"
 #include "mq/image/gaussian.h"
 
@@ -16,22 +18,6 @@ constexpr double width_of_means = 0.08, least_part = 0.01;
 
 /// Of the largest value of an image, from where on it may be cut off.
 constexpr float cut_off = 0.97F;
-
-Image<float> times(const Image<float>& field, float factor) {
-  Image<float> result = field;
-  for (float& value : result.values()) value *= factor;
-  return result;
-}
-
-double mean_value(const Image<float>& image) {
-  return parallel_sum(std::int64_t(image.values().size()), 0.0,
-                      [&](std::int64_t begin, std::int64_t end) {
-                        double sum = 0;
-                        for (std::int64_t i = begin; i < end; ++i) sum += image.values()[std::size_t(i)];
-                        return sum;
-                      }) /
-         double(image.values().size());
-}
 
 float largest(const Image<float>& image) {
   return image.empty() ? 0 : std::ranges::max(image.values());
@@ -58,7 +44,7 @@ Image<float> lit(const Image<float>& image, const Image<float>& logarithm, const
 }  // namespace
 
 LightRatio light_ratio(const Image<float>& source, const Image<float>& target, const Image<float>& X) {
-  const Image<float> back = times(X, -0.5F), forth = times(X, 0.5F);
+  const auto [back, forth] = ways_along(X, 0.5, FlowPath::straight);
   Image<float> first = displaced(source, back), second = displaced(target, forth);
   const float cut_first = cut_off * largest(source), cut_second = cut_off * largest(target);
   std::vector<char> told(first.values().size());
@@ -70,7 +56,7 @@ LightRatio light_ratio(const Image<float>& source, const Image<float>& target, c
             second(x, y, c) < cut_second;
   first = means(std::move(first), told);
   second = means(std::move(second), told);
-  const float added = float(least_part * (mean_value(source) + mean_value(target)) / 2);
+  const float added = float(least_part * (mean(source) + mean(target)) / 2);
   LightRatio ratio;
   if (!(added > 0)) {
     ratio.of_source = ratio.of_target = Image<float>(source.width(), source.height(), source.channels());

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
-#include "mq/base/parallel.h"
 #include "mq/mesh/closest_point.h"
 #include "mq/mesh/surface_point.h"
 
@@ -36,12 +35,10 @@ std::optional<std::vector<Vector3>> StoredMotion::moved(int before, int after, s
   if (segment_of(from->second) != segment_of(to->second)) return {};
   const Mesh mesh = mesh_of(store.segment(segment_of(from->second)), store.positions(from->second.frame));
   const std::vector<Vector3> there = store.positions(to->second.frame);
-  const ClosestPointFinder nearest(mesh);
+  const std::vector<ClosestPoint> nearest = ClosestPointFinder(mesh)(points);
   std::vector<Vector3> result(points.begin(), points.end());
-  parallel_for(std::ssize(points), [&](std::int64_t i) {
-    const ClosestPoint q = nearest(points[std::size_t(i)]);
-    result[std::size_t(i)] += value_at(mesh, there, q) - point_at(mesh, q);
-  });
+  for (std::size_t i = 0; i < result.size(); ++i)
+    result[i] += value_at(mesh, there, nearest[i]) - point_at(mesh, nearest[i]);
   return result;
 }
 

@@ -110,11 +110,8 @@ FileFrames captured_frames(Run& run) {
   if (const auto part = asked_part(options)) {
     if (files.numbers.empty())
       for (const FrameFile& file : find_frames(options.text("sequence"))) files.numbers.push_back(file.number);
-    const std::size_t all = files.numbers.size();
+    asked_range(options, int(files.numbers.size()));
     files.numbers = frames_of(*part, files.numbers);
-    require(!files.numbers.empty(),
-            fmt::format("--shard: found {}, wanted no more parts than the sequence has frames, {}",
-                        options.text("shard"), all));
   }
   if (options.has("texture")) files.textures = options.text("texture");
   if (options.flag("photometric")) files.pictures = ReadModelOptions::Pictures::read;

@@ -102,6 +102,17 @@ float difference(const float* values, std::ptrdiff_t step, int i, int size) {
 
 }  // namespace
 
+double mean(const Image<float>& signal) {
+  const auto values = signal.values();
+  return parallel_sum(std::ssize(values), 0.0,
+                      [&](std::int64_t begin, std::int64_t end) {
+                        double sum = 0;
+                        for (std::int64_t i = begin; i < end; ++i) sum += values[std::size_t(i)];
+                        return sum;
+                      }) /
+         double(values.size());
+}
+
 double mean_square(const Image<float>& signal) {
   return signal.empty() ? 0 : sum_of_squares(signal.values()) / double(signal.values().size());
 }

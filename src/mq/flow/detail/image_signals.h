@@ -30,6 +30,9 @@ enum class ImageLight {
 SignalPair flow_signals(const Image<float>& source, const Image<float>& target, double length,
                         ImageLight light = ImageLight::kept);
 
+/// The mean over all pixels and channels.
+double mean(const Image<float>& signal);
+
 /// The mean square over all pixels and channels.
 double mean_square(const Image<float>& signal);
 
