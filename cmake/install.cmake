@@ -16,6 +16,9 @@ install(TARGETS mq mq_io mq_model EXPORT marquetryTargets ARCHIVE DESTINATION ${
 # What reads and writes pictures is found by the run path of whatever is linked with mq_io.
 set(modules ${CMAKE_INSTALL_LIBDIR}/marquetry)
 install(TARGETS mq_pictures LIBRARY DESTINATION ${modules} COMPONENT program)
+if(TARGET marquetry_scratch)
+  install(TARGETS marquetry_scratch LIBRARY DESTINATION ${modules} COMPONENT program)
+endif()
 target_link_options(mq_io INTERFACE $<INSTALL_INTERFACE:-Wl,-rpath,$<INSTALL_PREFIX>/${modules}>)
 file(RELATIVE_PATH modules_from_programs /${CMAKE_INSTALL_BINDIR} /${modules})
 set(programs marquetry)

@@ -12,7 +12,7 @@ from typing import Any
 
 #: Verbs that are for people in front of a program, or what a script is already.
 LEFT_OUT_VERBS = {"batch", "merge", "view"}
-LEFT_OUT_OPTIONS = {"json", "progress", "quiet", "help"}
+LEFT_OUT_OPTIONS = {"json", "progress", "quiet", "help", "memory", "scratch"}
 #: Paths that are written to.
 OUTPUTS = {"output", "report", "config", "cameras", "plot", "strip", "picture", "record", "screenshot",
            "write-field", "write-potential"}

@@ -4,11 +4,14 @@
 #include <petscsys.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 #include <vector>
 
+#include "mq/base/error.h"
 #include "processes.h"
 #include "shell/program.h"
+#include "shell/scratch.h"
 #include "verbs.h"
 
 namespace {
@@ -38,6 +41,12 @@ int main(int argc, char** argv) {
   // Words after "--petsc" are PETSc's, for those who know it.
   std::vector<std::string> words(argv + 1, argv + argc);
   const auto end = std::ranges::find(words, "--petsc");
+  try {
+    mq::app::start_with_scratch({words.begin(), end});
+  } catch (const mq::Error& error) {
+    std::fprintf(stderr, "marquetry-mpi: %s\n", error.what());
+    return 2;
+  }
   std::vector<char*> theirs{argv[0]};
   for (auto word = end == words.end() ? end : end + 1; word != words.end(); ++word) theirs.push_back(word->data());
   int their_count = int(theirs.size());

@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "shell/duration.h"
 #include "shell/run.h"
+#include "shell/scratch.h"
 
 namespace mq::view {
 
@@ -60,7 +61,7 @@ void Background::rethrow() {
   try {
     std::rethrow_exception(failure);
   } catch (const std::bad_alloc&) {
-    throw OutOfMemory(app::out_of_memory);
+    throw OutOfMemory(app::out_of_memory());
   }
 }
 

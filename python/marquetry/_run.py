@@ -29,7 +29,7 @@ FILES_ALONE = {"track", "evolve", "export", "play", "relight"}
 #: Verbs that write nothing where no output is named, and give everything back here.
 GIVE_ALL = {"spectrum"}
 #: Options of the program that Python has other means for.
-LEFT_OUT = {"json", "progress", "quiet", "help"}
+LEFT_OUT = {"json", "progress", "quiet", "help", "memory", "scratch"}
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp", ".tga")
 MODELS = (".obj", ".ply", ".gltf", ".glb")
 

@@ -24,6 +24,7 @@
 #include "shell/interrupt.h"
 #include "shell/manual.h"
 #include "shell/run.h"
+#include "shell/scratch.h"
 #include "shell/shared_options.h"
 #include "shell/standard_streams.h"
 #include "shell/terminal.h"
@@ -89,6 +90,7 @@ Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal&
     print_text(help_text(verb.table, *detail));
     return Exit::done;
   }
+  start_with_scratch(words);
   name_options_of(verb);
   if (wants_json_lines(words)) terminal.set_form(Terminal::Form::json);
   StandardStreams streams(terminal);
@@ -201,7 +203,7 @@ Exit guarded(const std::vector<Verb>& verbs, const std::vector<std::string>& wor
     fail("cancelled, " + what_is_left(terminal));
     return Exit::cancelled;
   } catch (const std::bad_alloc&) {
-    fail(out_of_memory);
+    fail(out_of_memory());
   } catch (const Error& error) {
     fail(error.what());
   } catch (const std::exception& error) {

@@ -20,6 +20,7 @@
 #include "mq/io/video.h"
 #include "mq/version.h"
 #include "shell/output_ledger.h"
+#include "shell/scratch.h"
 #include "shell/standard_streams.h"
 
 namespace mq::app {
@@ -237,6 +238,7 @@ void add_running_options(OptionTable& table) {
              .help = "how many threads work, 0: one per core",
              .details = "The result is the same to the last bit for any number.",
              .scope = run});
+  add_scratch_options(table);
   table.add({.name = "seed",
              .type = Type::integer,
              .default_value = "0",

@@ -125,9 +125,6 @@ class Run {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// What is said where memory ran out.
-inline constexpr const char* out_of_memory = "not enough memory: use smaller textures, or a machine with more";
-
 /// Prints on standard output. That nobody takes it shows in `ferror(stdout)`, for the frame to say.
 void print_text(const std::string& text);
 

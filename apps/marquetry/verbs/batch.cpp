@@ -10,6 +10,7 @@
 #include "mq/io/json_read.h"
 #include "shell/output_ledger.h"
 #include "shell/run.h"
+#include "shell/scratch.h"
 #include "shell/standard_streams.h"
 #include "shell/verb.h"
 #include "shell/verb_run.h"
@@ -136,7 +137,8 @@ class JobReader {
   static void check_running_options(const OptionValues& options) {
     for (const char* name : {"json", "help", "quiet"})
       require(!options.flag(name), fmt::format("--{}: a job has none of its own; give it to 'batch'", name));
-    require(!options.given("progress"), "--progress: a job has none of its own; give it to 'batch'");
+    for (const char* name : {"progress", "memory", "scratch"})
+      require(!options.given(name), fmt::format("--{}: a job has none of its own; give it to 'batch'", name));
   }
 
   /// Options of how it is run that the whole batch was given hold for each job that has no own.
@@ -295,7 +297,7 @@ class Batch {
     } catch (const Error& error) {
       return error.what();
     } catch (const std::bad_alloc&) {
-      return out_of_memory;
+      return out_of_memory();
     }
   }
 

@@ -1,5 +1,6 @@
 #include "mq/base/memory.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,9 +40,17 @@ std::int64_t free_on_machine() {
   return found ? sum : std::numeric_limits<std::int64_t>::max();
 }
 
+/// What the file of a program that has its memory on the disk can still take (apps/scratch); 0 in others.
+std::int64_t scratch_left() {
+  using Left = std::int64_t (*)();
+  static const auto left = reinterpret_cast<Left>(::dlsym(RTLD_DEFAULT, "marquetry_scratch_left"));
+  return left == nullptr ? 0 : left();
+}
+
 }  // namespace
 
 std::int64_t available_memory() {
+  if (const std::int64_t disk = scratch_left(); disk > 0) return disk;
   const std::int64_t limit = number_in("/sys/fs/cgroup/memory.max"),
                      used = number_in("/sys/fs/cgroup/memory.current");
   const std::int64_t machine = free_on_machine();

@@ -7,7 +7,8 @@
 namespace mq {
 
 /// Bytes that can still be had without killing anything: free memory and swap of the machine, or
-/// what the control group leaves where that is less. Where the system does not tell (no /proc),
+/// what the control group leaves where that is less; of a program whose memory lies on a disk
+/// (--memory) what that can take. Where the system does not tell (no /proc),
 /// the largest number.
 std::int64_t available_memory();
 
