@@ -1,6 +1,7 @@
 #pragma once
-/// (M + w·S)·δ = B of the whole model, its rows parted among processes.
+/// An equation of the whole model such as (M + w·S)·δ = B, its rows parted among processes.
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -17,7 +18,14 @@ void add_shared_solver_options(OptionTable& table);
 
 class SharedEquation {
  public:
-  /// `part` lets go of its space. Every process must call it, and `solve`.
+  /// A part's matrix, whose rows of own texels are those of the whole; not asked of an empty part.
+  using Assemble = std::function<SparseMatrix(const Progress& progress)>;
+
+  /// `assemble` may let the part let go of its space. Every process must call it, and `solve`.
+  SharedEquation(app::Run& run, const Processes& processes, const Numbering& numbering, const TexelPart& part,
+                 const Assemble& assemble);
+
+  /// M + w·S; `part` lets go of its space.
   SharedEquation(app::Run& run, const Processes& processes, const Numbering& numbering, TexelPart& part, double weight);
 
   /// δ of the own texels, for their rows of B. Once.

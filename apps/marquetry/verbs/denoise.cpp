@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "verbs/shared/denoise_options.h"
 #include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/filter/denoise.h"
@@ -39,12 +39,6 @@ std::vector<Guide> asked_guides(const OptionValues& options, const TexturedModel
     guides.push_back({textures->gather(pictures), options.number("guide-edge")});
   }
   return guides;
-}
-
-/// Clean textures are, and those of which a quarter and more is constant.
-void say_that_it_is_clean(Run& run) {
-  run.terminal().remark("there is no noise that can be measured, so nothing was changed; where you see some, --edge "
-                        "0.01 smooths up to edges of that height");
 }
 
 /// A mean change of values in 0 to 1 that nobody sees: a quarter of a step of 8 bits.
@@ -80,17 +74,12 @@ bool by_patches(Run& run, bool at_vertices) {
   return true;
 }
 
-/// As a part; --edge says by itself what is noise.
-double asked_strength(const OptionValues& options) {
-  return options.has("strength") ? options.number("strength") / 100 : 1;
-}
-
 /// Patches.
 Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& target, const Signal& before) {
   const Step step(run, "solve", 0.79);
   PatchDenoised found =
       denoise_by_patches(scene.surface, *target.texel_atlas(), *target.texel_space(), before,
-                         {.strength = asked_strength(run.options())}, step);
+                         {.strength = asked_noise_strength(run.options())}, step);
   run.result["noise"] = found.noise;
   run.result["smoothed"] = found.smoothed;
   run.result["fireflies"] = found.fireflies;
@@ -116,15 +105,8 @@ Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& ta
 /// Smoothing.
 Signal smooth_up_to_edges(Run& run, const TexturedModel& scene, const ModelSignal& target, const Signal& before) {
   const OptionValues& options = run.options();
-  const bool spread_given = options.given("alpha") || options.given("length");
-  DenoiseOptions wanted{.weight = spread_given ? spread_weight(options, target.space().scale())
-                                               : usual_denoise_weight(target.space()),
-                        .strength = asked_strength(options),
-                        .steps = int(options.integer("steps"))};
-  if (options.has("edge")) {
-    const double edge = options.number("edge");
-    wanted.edge = edge > 0 ? edge : std::numeric_limits<double>::infinity();
-  }
+  const DenoiseOptions wanted =
+      asked_edges(options, target.space().scale(), denoising::spacing(target.space().scale(), target.space().size()));
   const std::vector<Guide> guides = asked_guides(options, scene, target);
   Denoised found;
   solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
@@ -132,13 +114,7 @@ Signal smooth_up_to_edges(Run& run, const TexturedModel& scene, const ModelSigna
     found = denoise(target.space(), before, guides, wanted, factory, step);
     return found.report;
   });
-  run.result["length"] = std::sqrt(wanted.weight);
-  run.result["edge"] = number_json(found.edge);
-  if (!wanted.edge && found.edge > 0)
-    run.print(fmt::format("edges kept above {:.3g} from texel to texel, as the noise was measured (--edge)\n",
-                          found.edge));
-  else if (!wanted.edge)
-    say_that_it_is_clean(run);
+  say_edge(run, wanted, found.edge);
   return std::move(found.signal);
 }
 
@@ -197,26 +173,10 @@ Verb denoise_verb() {
              .help = "patches: by what patches that are alike have in common; edges: smoothing that stops at edges",
              .details = "automatic: patches, of noise that is measured; edges where an option of smoothing up to edges "
                         "is given, and of colours at vertices."});
-  table.add({.name = "strength",
-             .type = Type::number,
-             .default_value = "100",
-             .unit = "%",
-             .least = 1,
-             .most = 1000,
-             .group = "Denoise",
-             .help = "how much of the noise is taken off: 50 half of it",
-             .details = "Above 100 noise is taken for so much stronger than was measured: 200 where some of it is left."});
+  add_noise_strength_option(table);
   add_spread_options(table, usual_denoise_length, by_edges,
                      "how far values spread where no edge is: on the surface scaled to unit area");
-  table.add({.name = "edge",
-             .letter = 'e',
-             .type = Type::number,
-             .least = 0,
-             .most = 1e30,
-             .group = by_edges,
-             .help = "change of the values from texel to texel at which they spread half as well",
-             .details = "Of all channels together, in the values of --space. Without it by the noise that "
-                        "is measured. 0: its own edges do not count, only those of guides."});
+  add_edge_option(table);
   table.add({.name = "guide",
              .type = Type::path,
              .count = Option::Count::many,
@@ -231,13 +191,7 @@ Verb denoise_verb() {
              .most = 1e30,
              .group = by_edges,
              .help = "the same as --edge of the guides"});
-  table.add({.name = "steps",
-             .type = Type::integer,
-             .default_value = as_typed(DenoiseOptions{}.steps),
-             .least = 1,
-             .most = 1000,
-             .group = by_edges,
-             .help = "solutions, each with the edges of the one before, after a first slight one"});
+  add_steps_option(table);
   add_solver_options(table);
   add_space_option(table);
   add_normals_option(table);

@@ -93,6 +93,9 @@ class TexelSpace : public SignalSpace {
   int element_count() const override;
   std::vector<float> gradient_norms(const Signal& psi) const override;
 
+  /// Per element the first of the texels that it couples; −1 where no chart reaches.
+  std::vector<int> first_texels() const;
+
   /// ∫ f φ_t dA / ∫ φ_t dA of an f constant on each element: around each texel its mean.
   Vector means_around(std::span<const float> elements) const;
   Signal weighted_stiffness_times(const Signal& psi,

@@ -80,6 +80,28 @@ std::vector<float> TexelSpace::gradient_norms(const Signal& psi) const {
   return norms;
 }
 
+std::vector<int> TexelSpace::first_texels() const {
+  const Data& d = *data_;
+  std::vector<int> first(std::size_t(element_count()), -1);
+  for (int k = 0; k < d.grid.texture_count(); ++k) {
+    const int width = d.grid.texture(k).width + 1, begin = d.grid.first_cell(k);
+    parallel_for(std::int64_t(width) * d.grid.cell_rows(k), [&](std::int64_t local) {
+      if (!d.active(begin + int(local))) return;
+      std::array<int, 4> corners = d.grid.corners(k, int(local) % width - 1, int(local) / width - 1);
+      for (int& texel : corners) texel = d.unknown[texel];
+      first[std::size_t(begin + local)] = *std::ranges::min_element(corners);
+    });
+  }
+  const SeamBlocks& seams = d.cells.seams;
+  for (std::size_t b = 0; b < seams.blocks.size(); ++b) {
+    const SeamBlocks::Block& block = seams.blocks[b];
+    if (block.count == 0) continue;
+    const auto begin = seams.texels.begin() + std::ptrdiff_t(block.first);
+    first[std::size_t(d.element_of_block(int(b)))] = *std::min_element(begin, begin + block.count);
+  }
+  return first;
+}
+
 Vector TexelSpace::means_around(std::span<const float> elements) const {
   require(std::ssize(elements) == element_count(), "one value per element is needed");
   const Data& d = *data_;

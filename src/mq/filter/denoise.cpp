@@ -32,15 +32,7 @@ constexpr double first_spacings = 1.5;
 /// A quartile that is a smaller part of the largest gradient is what smoothing leaves of an edge far away.
 constexpr float no_noise = 1e-5F;
 
-/// What the first step may leave of its residual: edges are looked for in it, and noise a
-/// hundredth as strong is none. Where texels are much stretched it stops before that, with noise
-/// of a few texels gone.
-constexpr ConjugateGradientOptions slight = {.tolerance = 1e-2, .max_cycles = 60};
-
-double spacing_of(const SignalSpace& space) {
-  const SurfaceScale scale = space.scale();
-  return scale.texel_spacing > 0 ? scale.texel_spacing : std::sqrt(scale.area / space.size());
-}
+double spacing_of(const SignalSpace& space) { return denoising::spacing(space.scale(), space.size()); }
 
 void stop_at_edges(const SignalSpace& space, const Signal& guide, double edge,
                    std::vector<float>& conductivity) {
@@ -49,12 +41,7 @@ void stop_at_edges(const SignalSpace& space, const Signal& guide, double edge,
   require(guide.rows() == space.size() && guide.allFinite(),
           fmt::format("a guide of {} rows was given for {} unknowns, or it is not finite",
                       guide.rows(), space.size()));
-  const double scale = spacing_of(space) / edge;
-  const std::vector<float> norms = space.gradient_norms(guide);
-  parallel_for(std::ssize(norms), [&](std::int64_t e) {
-    const double steps = scale * norms[e];
-    conductivity[e] = std::max(least_conductivity, float(conductivity[e] / (1 + steps * steps)));
-  });
+  denoising::stop_at_edges(space.gradient_norms(guide), spacing_of(space), edge, conductivity);
 }
 
 /// ψ with noise from one unknown to the next taken off: (M + w S)·δ = −w S·ψ, φ = ψ + δ. Where
@@ -62,14 +49,14 @@ void stop_at_edges(const SignalSpace& space, const Signal& guide, double edge,
 /// which knows what to do.
 Signal slightly_smoothed(const SignalSpace& space, const Signal& psi, double most_weight,
                          const SolverFactory& factory, const Progress& progress) {
-  const double weight = std::min(most_weight, std::pow(first_spacings * spacing_of(space), 2));
+  const double weight = denoising::first_weight(most_weight, spacing_of(space));
   Signal change = space.stiffness_times(psi);
   if (change.isZero(0)) return psi;
   try {
     const SparseMatrix A = space.regularised_system(1, weight, progress.step("assemble", 0.2));
     change *= -weight;
     Signal smoothed = Signal::Zero(psi.rows(), psi.cols());
-    conjugate_gradients(A, change, smoothed, jacobi_preconditioner(A), slight,
+    conjugate_gradients(A, change, smoothed, jacobi_preconditioner(A), denoising::first_stop(),
                         progress.step("solve", 0.8));
     smoothed += psi;
     return smoothed;
@@ -80,6 +67,31 @@ Signal slightly_smoothed(const SignalSpace& space, const Signal& psi, double mos
 }
 
 }  // namespace
+
+namespace denoising {
+
+double spacing(const SurfaceScale& scale, std::int64_t unknowns) {
+  return scale.texel_spacing > 0 ? scale.texel_spacing : std::sqrt(scale.area / double(unknowns));
+}
+
+double first_weight(double weight, double spacing) { return std::min(weight, std::pow(first_spacings * spacing, 2)); }
+
+ConjugateGradientOptions first_stop() { return {.tolerance = 1e-2, .max_cycles = 60}; }
+
+double edge_from(float quartile, float largest, double spacing) {
+  return quartile <= no_noise * largest ? 0 : spacing * double(quartile);
+}
+
+void stop_at_edges(std::span<const float> gradient_norms, double spacing, double edge, std::vector<float>& conductivity) {
+  const double scale = spacing / edge;
+  parallel_for(std::ssize(gradient_norms), [&](std::int64_t e) {
+    const double steps = scale * double(gradient_norms[std::size_t(e)]);
+    float& c = conductivity[std::size_t(e)];
+    c = std::max(least_conductivity, float(double(c) / (1 + steps * steps)));
+  });
+}
+
+}  // namespace denoising
 
 double usual_denoise_weight(const SignalSpace& space) {
   return std::pow(usual_denoise_length.value * spacing_of(space), 2);
@@ -101,8 +113,7 @@ double measured_edge(const SignalSpace& space, const Signal& smoothed) {
   const float largest = *std::ranges::max_element(norms);
   const auto quartile = norms.begin() + std::ptrdiff_t(norms.size() / 4);
   std::ranges::nth_element(norms, quartile);
-  if (*quartile <= no_noise * largest) return 0;
-  return spacing_of(space) * double(*quartile);
+  return denoising::edge_from(*quartile, largest, spacing_of(space));
 }
 
 Denoised denoise(const SignalSpace& space, const Signal& psi, const std::vector<Guide>& guides,

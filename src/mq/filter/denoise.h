@@ -1,12 +1,15 @@
 #pragma once
 /// Noise taken off, edges kept: smoothing that stops where the signal or a guide changes fast.
 
+#include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "mq/base/length.h"
 #include "mq/filter/screened_poisson.h"
+#include "mq/linear/conjugate_gradients.h"
 
 namespace mq {
 
@@ -45,6 +48,27 @@ struct Denoised : Filtered {
 /// `denoise` leaves is about 0.12 σ √n. Detail that covers more than three quarters of the surface
 /// counts as noise.
 double measured_edge(const SignalSpace& space, const Signal& smoothed);
+
+/// What `denoise` is made of, for those that hold a part of the surface each. All go by h̄, the mean spacing of unknowns.
+namespace denoising {
+
+/// h̄ of a space of this scale with so many unknowns.
+double spacing(const SurfaceScale& scale, std::int64_t unknowns);
+
+/// The weight of the first, slight solution, where the others have this one.
+double first_weight(double weight, double spacing);
+
+/// What that may leave of its residual: edges are looked for in it, and noise a hundredth as strong is none. Where texels
+/// are much stretched it stops before that, with noise of a few texels gone.
+ConjugateGradientOptions first_stop();
+
+/// `measured_edge` where the norms of the gradients have this quartile and largest value.
+double edge_from(float quartile, float largest, double spacing);
+
+/// Multiplies the conductivity of each element by 1 / (1 + (h̄ |∇g| / edge)²), but leaves a trace of it.
+void stop_at_edges(std::span<const float> gradient_norms, double spacing, double edge, std::vector<float>& conductivity);
+
+}  // namespace denoising
 
 /// Minimises, for all channels with one conductivity, so that they keep their edges together,
 ///
