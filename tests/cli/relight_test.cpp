@@ -180,7 +180,7 @@ TEST(Relight, GivesTheSamePicturesInParts) {
   make_film(folder, [](int f, int x, int, int) { return f % 2 == 0 ? 0.002 * x : 0.0; });
   const std::vector<std::string> mean = {"--length", "10tx", "--radius", "2"};
   const auto with = [&](std::vector<std::string> words, const std::string& part) {
-    words.insert(words.end(), {"--shard", part});
+    words.insert(words.end(), {"--shard", part, "--report", "part_" + part.substr(0, 1) + ".json"});
     return words;
   };
   ASSERT_EQ(marquetry(folder, relight(mean, "whole_%d.png")).status, 0);
@@ -190,6 +190,19 @@ TEST(Relight, GivesTheSamePicturesInParts) {
     EXPECT_TRUE(file_bytes(folder / ("part_" + std::to_string(f) + ".png")) ==
                 file_bytes(folder / ("whole_" + std::to_string(f) + ".png")))
         << f;
+
+  const Result merged = marquetry(folder, {"merge", "part_5.json", "part_2.json", "part_1.json", "part_4.json", "part_3.json",
+                                           "-o", "whole.json", "--json"});
+  ASSERT_EQ(merged.status, 0) << merged.error;
+  EXPECT_EQ(merged.json()["result"]["frames"], 12);
+  const auto whole = nlohmann::json::parse(file_bytes(folder / "whole.json"));
+  ASSERT_EQ(whole["parts"].size(), 5U);
+  EXPECT_EQ(whole["parts"][1]["result"]["part"]["first"], 2);
+  EXPECT_THAT(refusal(folder, {"merge", "part_1.json", "part_2.json", "part_3.json", "part_5.json"}, "none"),
+              HasSubstr("of 5 parts one is missing: 4"));
+  std::filesystem::remove(folder / "part_3.png");
+  EXPECT_THAT(refusal(folder, {"merge", "part_1.json", "part_2.json", "part_3.json", "part_4.json", "part_5.json"}, "none"),
+              HasSubstr("part_3.png: not there"));
 
   // Of the frames that are read for it none is written; all at once is as near as the accuracy says.
   const std::vector<std::string> poisson = {"--method", "poisson", "--gamma", "1", "--accuracy", "0.01"};

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <algorithm>
 #include <numeric>
 
 #include "fem/cut_squares.h"
@@ -67,6 +68,22 @@ TEST(Elements, ThatAreMixedAddUpToTheStiffness) {
     });
     EXPECT_LE((product - space.stiffness_times(psi)).cwiseAbs().maxCoeff(), 1e-10);
     space.for_each_mixed_element(std::vector<int>(labels.size(), 1), [](const Element&) { ADD_FAILURE() << "one label"; });
+  }
+}
+
+/// In the order in which elements are counted, those that no chart reaches left out.
+TEST(Elements, KnowTheFirstTexelThatTheyCouple) {
+  for (const fixtures::Cut& cut : fixtures::cut_squares()) {
+    SCOPED_TRACE(cut.name);
+    const TexelSpace space(cut.model->surface, cut.model->atlas);
+    std::vector<int> labels(std::size_t(space.size())), seen;
+    std::iota(labels.begin(), labels.end(), 0);
+    space.for_each_mixed_element(
+        labels, [&](const Element& element) { seen.push_back(*std::ranges::min_element(element.unknowns)); });
+    std::vector<int> first = space.first_texels();
+    ASSERT_EQ(std::ssize(first), space.element_count());
+    std::erase(first, -1);
+    EXPECT_EQ(first, seen);
   }
 }
 

@@ -18,12 +18,28 @@
 namespace mq::app {
 namespace {
 
-/// What one run with --shard reported.
+/// What one run with --shard reported: frame by frame, or of a part of a sequence that is worked on as a whole.
 struct Part {
   std::string file;
   Shard shard;
   Json report;
+
+  bool is_by_frame() const { return report.contains("frames"); }
 };
+
+/// Whether an object has a whole number of that name.
+bool has_number(const Json& object, const char* name) {
+  return object.is_object() && object.contains(name) && object[name].is_number_integer();
+}
+
+/// Of a part of a sequence that is worked on as a whole where it lies; none of others.
+const Json* range_told(const Json& report) {
+  if (!report.contains("result") || !report["result"].is_object() || !report["result"].contains("part")) return nullptr;
+  const Json& range = report["result"]["part"];
+  if (!has_number(range, "first") || !has_number(range, "end") || !has_number(range, "of") || !range.contains("shard"))
+    return nullptr;
+  return &range;
+}
 
 Part read_part(const std::string& file) {
   const std::string wanted = "what a run with --shard wrote for --report";
@@ -36,14 +52,20 @@ Part read_part(const std::string& file) {
       !part.report.contains("options") || !part.report["options"].is_object())
     refuse("no report");
   if (part.report.contains("error")) refuse("the report of a run that failed");
-  if (!part.report.contains("shard") || !part.report["shard"].is_string()) refuse("a report of no part of a sequence");
-  const auto shard = parse_shard(part.report["shard"].get<std::string>());
-  if (!shard || !part.report.contains("frames") || !part.report["frames"].is_array() ||
-      !part.report["options"].contains("frames") || !part.report["options"]["frames"].is_string())
+  if (part.report["verb"] == "track" || part.report["verb"] == "evolve")
+    refuse(fmt::format("a report of {}, whose parts become one by {} --motion part_%d.evolving",
+                       part.report["verb"].get<std::string>(), part.report["verb"].get<std::string>()));
+  const Json* range = range_told(part.report);
+  const Json named = range != nullptr ? (*range)["shard"] : part.report.value("shard", Json());
+  if (!named.is_string()) refuse("a report of no part of a sequence");
+  const auto shard = parse_shard(named.get<std::string>());
+  const Json& options = part.report["options"];
+  if (!shard || (range == nullptr && (!part.is_by_frame() || !part.report["frames"].is_array() ||
+                                      !options.contains("frames") || !options["frames"].is_string())))
     refuse("a report that says not which frames it has");
-  for (const Json& frame : part.report["frames"])
-    if (!frame.is_object() || !frame.contains("frame") || !frame["frame"].is_number_integer())
-      refuse("a frame without its number");
+  if (range == nullptr)
+    for (const Json& frame : part.report["frames"])
+      if (!has_number(frame, "frame")) refuse("a frame without its number");
   part.shard = *shard;
   return part;
 }
@@ -86,6 +108,14 @@ void refuse_missing_parts(const std::map<int, Part>& parts) {
 
 /// The frames of a part are those that it should have.
 void check_frames(const Part& part) {
+  if (const Json* told = range_told(part.report)) {
+    const FrameRange wanted = range_of(part.shard, (*told)["of"].get<int>());
+    if ((*told)["first"] != wanted.first || (*told)["end"] != wanted.end)
+      throw InvalidInput(fmt::format("{}: part {}/{} has frames {} to {} of {}, wanted {} to {}: run it again", part.file,
+                                     part.shard.number, part.shard.count, (*told)["first"].get<int>() + 1,
+                                     (*told)["end"].get<int>(), (*told)["of"].get<int>(), wanted.first + 1, wanted.end));
+    return;
+  }
   std::vector<int> found;
   for (const Json& frame : part.report["frames"]) found.push_back(frame["frame"].get<int>());
   const std::string range = part.report["options"]["frames"].get<std::string>();
@@ -95,38 +125,61 @@ void check_frames(const Part& part) {
                                    part.shard.number, part.shard.count, found.empty() ? "none" : numbers(found), numbers(wanted)));
 }
 
-/// Files that were written are still there.
-void check_outputs(const Part& part) {
-  for (const Json& frame : part.report["frames"]) {
-    if (!frame.contains("result") || !frame["result"].is_object() || !frame["result"].contains("outputs")) continue;
-    for (const Json& output : frame["result"]["outputs"])
-      if (output.is_string() && !std::filesystem::exists(output.get<std::string>()))
-        throw IoError(fmt::format("{}: not there, though {} says that frame {} wrote it: run merge in the folder "
-                                  "where the parts were run, or part {}/{} again",
-                                  output.get<std::string>(), part.file, frame["frame"].get<int>(), part.shard.number,
-                                  part.shard.count));
-  }
+/// Files that this report, of a frame or of a part, names are still there.
+void check_outputs(const Part& part, const Json& report, const std::string& whose) {
+  if (!report.contains("result") || !report["result"].is_object() || !report["result"].contains("outputs")) return;
+  for (const Json& output : report["result"]["outputs"])
+    if (output.is_string() && !std::filesystem::exists(output.get<std::string>()))
+      throw IoError(fmt::format("{}: not there, though {} says that {} wrote it: run merge in the folder where the parts "
+                                "were run, or part {}/{} again",
+                                output.get<std::string>(), part.file, whose, part.shard.number, part.shard.count));
 }
 
-/// What a run without --shard would have reported; its time is that of all parts together.
+void check_outputs(const Part& part) {
+  if (!part.is_by_frame()) return check_outputs(part, part.report, "it");
+  for (const Json& frame : part.report["frames"])
+    check_outputs(part, frame, fmt::format("frame {}", frame["frame"].get<int>()));
+}
+
+/// The reports of all frames, or of parts that are worked on as a whole, in order.
+Json rows_of(const std::map<int, Part>& parts) {
+  Json rows = Json::array();
+  for (const auto& [number, part] : parts) {
+    if (!part.is_by_frame()) {
+      rows.push_back(part.report);
+      rows.back().erase("options");
+      continue;
+    }
+    for (const Json& frame : part.report["frames"]) rows.push_back(frame);
+  }
+  return rows;
+}
+
+/// How many frames the whole has.
+std::size_t frame_count(const std::map<int, Part>& parts, const Json& rows) {
+  const Json* told = range_told(parts.begin()->second.report);
+  return told == nullptr ? rows.size() : (*told)["of"].get<std::size_t>();
+}
+
+/// What a run without --shard would have reported, its time that of all parts together; of a sequence that is worked on
+/// as a whole what each part reported.
 Json joined(const std::map<int, Part>& parts) {
-  Json frames = Json::array();
+  Json rows = rows_of(parts);
   double seconds = 0;
   std::int64_t peak = 0;
-  for (const auto& [number, part] : parts)
-    for (const Json& frame : part.report["frames"]) {
-      frames.push_back(frame);
-      if (frame.contains("seconds") && frame["seconds"].contains("total") && frame["seconds"]["total"].is_number())
-        seconds += frame["seconds"]["total"].get<double>();
-      if (frame.contains("peak_bytes") && frame["peak_bytes"].is_number_integer())
-        peak = std::max(peak, frame["peak_bytes"].get<std::int64_t>());
-    }
-  Json whole = frames.empty() ? parts.begin()->second.report : frames.back();
+  for (const Json& row : rows) {
+    if (row.contains("seconds") && row["seconds"].contains("total") && row["seconds"]["total"].is_number())
+      seconds += row["seconds"]["total"].get<double>();
+    if (has_number(row, "peak_bytes")) peak = std::max(peak, row["peak_bytes"].get<std::int64_t>());
+  }
+  const Part& first = parts.begin()->second;
+  Json whole = first.is_by_frame() && !rows.empty() ? rows.back() : first.report;
   for (const char* name : {"frame", "shard"}) whole.erase(name);
-  whole["options"] = parts.begin()->second.report["options"];
+  whole["options"] = first.report["options"];
   whole["seconds"] = {{"total", seconds}};
   whole["peak_bytes"] = peak;
-  whole["frames"] = std::move(frames);
+  if (!first.is_by_frame()) whole["result"] = {{"frames", frame_count(parts, rows)}};
+  whole[first.is_by_frame() ? "frames" : "parts"] = std::move(rows);
   return whole;
 }
 
@@ -149,12 +202,13 @@ Exit merge(Run& run) {
     check_outputs(part);
   }
   const Json whole = joined(parts);
+  const std::size_t count = frame_count(parts, rows_of(parts));
   run.result = {{"verb", whole["verb"]},
                 {"parts", parts.size()},
-                {"frames", whole["frames"].size()},
+                {"frames", count},
                 {"seconds", whole["seconds"]["total"]}};
   run.print(fmt::format("{}: {} frames of {} parts are there\n", whole["verb"].get<std::string>(),
-                        whole["frames"].size(), parts.size()));
+                        count, parts.size()));
   if (!options.has("output")) return Exit::done;
   const std::string output = options.text("output");
   run.will_write({output});

@@ -130,6 +130,8 @@ Exit relight(Run& run) {
     found = relighter.run(step);
   }
   report(run, found);
+  if (options.has("shard"))
+    run.result["part"] = {{"shard", options.text("shard")}, {"first", how.first}, {"end", how.end}, {"of", frames.size()}};
   say_written(run, relighter.outputs());
   return Exit::done;
 }
