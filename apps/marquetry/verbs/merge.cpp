@@ -67,6 +67,7 @@ Part read_part(const std::string& file) {
     for (const Json& frame : part.report["frames"])
       if (!has_number(frame, "frame")) refuse("a frame without its number");
   part.shard = *shard;
+  part.report["options"].erase("shard");
   return part;
 }
 
