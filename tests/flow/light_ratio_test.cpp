@@ -139,6 +139,26 @@ TEST(LightRatio, IsRefusedOfNegativeValuesAndWithoutASearch) {
   }
 }
 
+/// A shadow on a third of the second: the ratio jumps at its edge, and the motion is found under it all the same.
+TEST(LightRatio, BreaksAtTheEdgeOfAShadow) {
+  const Scene scene;
+  const auto shadow = [](double x, double) { return x > 150 ? 0.5 : 1.0; };
+  const Image<float> source = scene.at(0, plain), target = scene.at(1, shadow);
+  Image<float> X(240, 200, 2);
+  for (std::size_t i = 0; i < X.values().size(); ++i) X.values()[i] = float(i % 2 == 0 ? scene.u : scene.v);
+  const LightRatio smooth = light_ratio(source, target, X), broken = light_ratio(source, target, X, LightBreaks::found);
+  for (int y = 30; y < 170; y += 7)
+    for (const int x : {120, 142, 158, 180}) {
+      EXPECT_NEAR(std::exp(broken.of_target(x, y)), shadow(x, y), 0.06) << x << ' ' << y;
+    }
+  EXPECT_GT(std::exp(smooth.of_target(158, 100)), 0.6);
+  const Image<float> falling = scene.at(1, falling_off);
+  EXPECT_EQ(light_ratio(source, falling, X, LightBreaks::found).size, light_ratio(source, falling, X).size);
+  const ImageFlow flow = image_flow(source, target);
+  EXPECT_EQ(flow.fit->light, ImageLight::evened);
+  EXPECT_LT(scene.error(flow), 0.6);
+}
+
 TEST(LightRatio, SeesThroughWhatIsCutOff) {
   const Scene scene;
   const auto cut = [](Image<float> image) {

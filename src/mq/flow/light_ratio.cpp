@@ -28,8 +28,8 @@ constexpr float largest_logarithm = 1.5F;
 /// Logarithms that differ by no more are of one light, about.
 constexpr float same_light = 0.12F;
 
-/// Of the difference that breaks make, root mean square, from where on there are some.
-constexpr double least_broken = 0.12;
+/// Of the difference that breaks make to a tenth of all values, from where on there are some.
+constexpr float least_broken = 0.1F;
 
 /// √area of the grid that breaks are found on, pixels, and how much larger those of means are.
 constexpr double grid_side = 400, coarsening = 4;
@@ -191,14 +191,13 @@ Image<float> broken_logarithm(const MovedPair& pair) {
   return enlarged(result, width, height);
 }
 
-/// The root mean square of a difference.
-double difference_of(const Image<float>& a, const Image<float>& b) {
-  double squares = 0;
-  for (std::size_t i = 0; i < a.values().size(); ++i) {
-    const double off = double(a.values()[i]) - b.values()[i];
-    squares += off * off;
-  }
-  return std::sqrt(squares / double(a.values().size()));
+/// What a tenth of all differences surpass.
+float difference_of(const Image<float>& a, const Image<float>& b) {
+  std::vector<float> differences(a.values().size());
+  for (std::size_t i = 0; i < differences.size(); ++i) differences[i] = std::abs(a.values()[i] - b.values()[i]);
+  const auto at = differences.begin() + std::ssize(differences) * 9 / 10;
+  std::nth_element(differences.begin(), at, differences.end());
+  return *at;
 }
 
 /// The image with each value times what `factor` makes of its logarithm.

@@ -23,9 +23,9 @@ enum class LightBreaks { none, found };
 ///
 /// With `found` means are also taken over those pixels alone whose own ratio, the median over 3 % of the root of the area
 /// of means over 0.6 %, differs by little from that of p: weights exp(−δ²/(2·0.12²)) of the difference δ of logarithms,
-/// on a grid of at most 400 × 400 pixels (a bilateral grid [chen2007bilateral]). That is the ratio where the two differ by
-/// more than 0.12, root mean square: a shadow that covers a third and takes half of the light makes that 0.23, light that
-/// falls off towards corners 0.07, other exposures and tints 0.03.
+/// on a grid of at most 400 × 400 pixels (a bilateral grid [chen2007bilateral]). That is the ratio where a
+/// tenth of its values differs by more than 0.1 from the other: a shadow that covers a third and takes half of the light
+/// makes that 0.14 and more, light that falls off towards corners 0.06, other exposures and tints 0.01.
 LightRatio light_ratio(const Image<float>& source, const Image<float>& target, const Image<float>& X,
                        LightBreaks breaks = LightBreaks::none);
 
