@@ -123,6 +123,27 @@ TEST(Denoise, MeasuresTheNoiseOfAPictureAndTakesItOff) {
   EXPECT_LT(roughness(clean, 8, 88), 0.3 * roughness(noisy_ramp(), 8, 88));
 }
 
+TEST(Denoise, TakesSaltAndPepperOffAndSaysHowMuch) {
+  const Folder folder;
+  const Random random(5);
+  Image<float> truth(96, 96, 3), picture(96, 96, 3);
+  for (int y = 0; y < 96; ++y)
+    for (int x = 0; x < 96; ++x) {
+      const double drawn = random.uniform(std::uint64_t(y * 96 + x));
+      for (int c = 0; c < 3; ++c) {
+        truth(x, y, c) = float(0.5 + 0.2 * std::sin(0.1 * x + 0.2 * c) * std::cos(0.13 * y));
+        picture(x, y, c) = drawn < 0.02 ? 0.0F : drawn > 0.98 ? 1.0F : truth(x, y, c);
+      }
+    }
+  write_image(folder / "specks.png", picture);
+  const Result result = marquetry(folder, {"denoise", "specks.png", "-o", "clean.png", "--report", "r.json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.output + result.error, HasSubstr("texels set to the least or the largest value"));
+  const Image<float> clean = read_texture(folder / "clean.png").pixels;
+  for (int y = 0; y < 96; ++y)
+    for (int x = 0; x < 96; ++x) EXPECT_NEAR(clean(x, y, 1), truth(x, y, 1), 0.06) << x << ' ' << y;
+}
+
 /// The stronger the smoother, by patches and by edges.
 TEST(Denoise, IsAsStrongAsItIsAskedToBe) {
   const Folder folder;

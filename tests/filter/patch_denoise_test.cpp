@@ -231,6 +231,53 @@ TEST(DenoiseByPatches, TakesFirefliesOff) {
   EXPECT_LT(noisy.error(found.signal), 0.06);
 }
 
+/// The square with texels at the ends of all values: so large a part of those where `at` says so, bright ones and dark ones.
+template <class At>
+std::vector<int> strewn(Noisy& noisy, double bright, double dark, const At& at) {
+  const Random random(8);
+  std::vector<int> strays;
+  for (int i = 0; i < noisy.space.size(); ++i) {
+    const double drawn = random.uniform(std::uint64_t(i));
+    if (drawn >= bright + dark || !at(noisy.x[std::size_t(i)])) continue;
+    strays.push_back(i);
+    noisy.psi.row(i).setConstant(drawn < bright ? 1 : 0);
+  }
+  return strays;
+}
+
+/// As salt-and-pepper noise has them, alone and with other noise, and in charts.
+TEST(DenoiseByPatches, TakesStrayTexelsOff) {
+  for (const double noise : {0.0, 0.02})
+    for (const double share : {0.01, 0.05}) {
+      Noisy noisy(whole, 192, noise);
+      const std::size_t count = strewn(noisy, share / 2, share / 2, [](const Vector2&) { return true; }).size();
+      const double before = noisy.error(noisy.psi);
+      const PatchDenoised found = noisy.denoised();
+      EXPECT_NEAR(found.strays, double(count), 0.1 * double(count)) << noise << ' ' << share;
+      EXPECT_LT(noisy.error(found.signal), 0.4 * before) << noise << ' ' << share;
+    }
+}
+
+/// Stars are bright alone, dots of print lie in places, and pictures of dots are of nothing else.
+TEST(DenoiseByPatches, LeavesStarsAndPrintBitForBit) {
+  const auto everywhere = [](const Vector2&) { return true; };
+  const auto left = [](const Vector2& x) { return x.x() < 0.2; };
+  for (const int picture : {0, 1, 2}) {
+    Noisy noisy(whole, 192);
+    noisy.psi.setConstant(0.5);
+    if (picture == 0) strewn(noisy, 0.02, 0, everywhere);
+    if (picture == 1) strewn(noisy, 0.03, 0.03, left);
+    if (picture == 2) {
+      for (int i = 0; i < noisy.space.size(); ++i)
+        noisy.psi.row(i).setConstant(noisy.x[std::size_t(i)].x() < 0.5 ? 0 : 1);
+      strewn(noisy, 0.04, 0.04, everywhere);
+    }
+    const PatchDenoised found = noisy.denoised();
+    EXPECT_EQ(found.strays, 0) << picture;
+    EXPECT_TRUE(found.signal == noisy.psi) << picture;
+  }
+}
+
 /// A lit wall with a window 200 times as bright and a strip 100 times as dark, and noise of a fifth, as rays have it.
 TEST(DenoiseByPatches, KeepsLightOfAnyRangeWithoutLeaks) {
   Noisy noisy(whole, 256);

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "flow/waves.h"
+#include "mq/base/error.h"
 #include "mq/flow/image_flow.h"
 
 namespace mq::test {
@@ -102,6 +103,60 @@ TEST(LightRatio, LetsMotionsBeFoundInAnyLight) {
       for (int x = 30; x < 210; x += 7) EXPECT_NEAR(between(x, y), truth(x, y), 0.03) << x << ' ' << y;
   }
   EXPECT_EQ(image_flow(source, scene.at(1, plain)).fit->light, ImageLight::kept);
+}
+
+/// It is what `doubted` finds by itself where light is another, and hardly a ratio where it is not.
+TEST(LightRatio, IsMadeGoodWhereThatIsAskedFor) {
+  const Scene scene;
+  const Image<float> source = scene.at(0, plain);
+  ImageFlowOptions asked;
+  asked.light = ImageLight::evened;
+  const Image<float> darker = scene.at(1, falling_off);
+  const ImageFlow flow = image_flow(source, darker, asked), swapped = image_flow(darker, source, asked);
+  ASSERT_TRUE(flow.fit && swapped.fit);
+  EXPECT_EQ(flow.fit->light, ImageLight::evened);
+  EXPECT_EQ(flow.field.values().front(), image_flow(source, darker).field.values().front());
+  EXPECT_LT(scene.error(flow), 0.3);
+  EXPECT_GT(flow.fit->ratio.size, 0.1);
+  for (std::size_t i = 0; i < flow.field.values().size(); i += 97)
+    EXPECT_NEAR(swapped.field.values()[i], -flow.field.values()[i], 1e-3);
+  const ImageFlow same = image_flow(source, scene.at(1, plain), asked);
+  EXPECT_EQ(same.fit->light, ImageLight::evened);
+  EXPECT_LT(same.fit->ratio.size, 0.01);
+  EXPECT_LT(scene.error(same), 0.3);
+}
+
+TEST(LightRatio, IsRefusedOfNegativeValuesAndWithoutASearch) {
+  const Scene scene;
+  Image<float> source = scene.at(0, plain);
+  const Image<float> target = scene.at(1, plain);
+  ImageFlowOptions asked;
+  asked.light = ImageLight::evened;
+  for (const FlowSearch search : {FlowSearch::none, FlowSearch::far}) {
+    asked.search = search;
+    if (search == FlowSearch::far) source(3, 4) = -0.1F;
+    EXPECT_THROW(image_flow(source, target, asked), InvalidInput);
+  }
+}
+
+/// A shadow on a third of the second: the ratio jumps at its edge, and the motion is found under it all the same.
+TEST(LightRatio, BreaksAtTheEdgeOfAShadow) {
+  const Scene scene;
+  const auto shadow = [](double x, double) { return x > 150 ? 0.5 : 1.0; };
+  const Image<float> source = scene.at(0, plain), target = scene.at(1, shadow);
+  Image<float> X(240, 200, 2);
+  for (std::size_t i = 0; i < X.values().size(); ++i) X.values()[i] = float(i % 2 == 0 ? scene.u : scene.v);
+  const LightRatio smooth = light_ratio(source, target, X), broken = light_ratio(source, target, X, LightBreaks::found);
+  for (int y = 30; y < 170; y += 7)
+    for (const int x : {120, 142, 158, 180}) {
+      EXPECT_NEAR(std::exp(broken.of_target(x, y)), shadow(x, y), 0.06) << x << ' ' << y;
+    }
+  EXPECT_GT(std::exp(smooth.of_target(158, 100)), 0.6);
+  const Image<float> falling = scene.at(1, falling_off);
+  EXPECT_EQ(light_ratio(source, falling, X, LightBreaks::found).size, light_ratio(source, falling, X).size);
+  const ImageFlow flow = image_flow(source, target);
+  EXPECT_EQ(flow.fit->light, ImageLight::evened);
+  EXPECT_LT(scene.error(flow), 0.6);
 }
 
 TEST(LightRatio, SeesThroughWhatIsCutOff) {

@@ -294,6 +294,9 @@ Json flow_json(const ImageFlow& flow) {
     result["torn"] = flow.fit->torn;
     result["unfit"] = flow.fit->unfit;
     result["unrelated"] = flow.fit->unrelated;
+    result["alike"] = flow.fit->alike;
+    result["bend"] = flow.fit->bend;
+    result["strained"] = flow.fit->strained;
     result["light"] = flow.fit->light == ImageLight::matched  ? "matched"
                       : flow.fit->light == ImageLight::evened ? "evened"
                                                               : "kept";

@@ -46,8 +46,8 @@ constexpr double unseen_change = 0.001;
 
 /// What is there to be taken off may not be noise.
 void say_that_it_hardly_changes(Run& run) {
-  run.terminal().remark("that is less than 8 bits hold, so hardly anything was changed: blocks of JPEG and stray texels are no "
-                        "noise; where you see some, --edge 0.03 smooths up to edges of that height");
+  run.terminal().remark("that is less than 8 bits hold, so hardly anything was changed: blocks of JPEG and a few stray texels are "
+                        "no noise; where you see some, --edge 0.03 smooths up to edges of that height");
 }
 
 /// What only smoothing up to edges goes by.
@@ -83,15 +83,20 @@ Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& ta
   run.result["noise"] = found.noise;
   run.result["smoothed"] = found.smoothed;
   run.result["fireflies"] = found.fireflies;
+  run.result["strays"] = found.strays;
+  if (found.strays > 0)
+    run.print(fmt::format("{} set to the least or the largest value, as salt-and-pepper noise does, {} now what is around {}\n",
+                          found.strays == 1 ? "one texel" : fmt::format("{} texels", found.strays),
+                          found.strays == 1 ? "is" : "are", found.strays == 1 ? "it" : "them"));
   const double most = std::ranges::max(found.noise);
   if (most > 0)
     run.print(fmt::format("noise of deviation {:.3g} was measured{}\n", most,
                           found.fireflies == 0   ? ""
                           : found.fireflies == 1 ? ", and one firefly"
                                                  : fmt::format(", and {} fireflies", found.fireflies)));
-  else
+  else if (found.strays == 0)
     say_that_it_is_clean(run);
-  if (most > 0 && found.fireflies == 0 &&
+  if (most > 0 && found.fireflies == 0 && found.strays == 0 &&
       (found.signal - before).norm() < unseen_change * std::sqrt(double(before.size())))
     say_that_it_hardly_changes(run);
   if (found.smoothed > 1)

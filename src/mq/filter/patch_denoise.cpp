@@ -18,6 +18,7 @@
 #include "mq/filter/chart_windows.h"
 #include "mq/filter/detail/even_noise.h"
 #include "mq/filter/detail/fireflies.h"
+#include "mq/filter/detail/stray_texels.h"
 #include "mq/filter/kernels/similar_patches.h"
 #include "mq/filter/noise_curve.h"
 #include "mq/filter/noise_level.h"
@@ -458,13 +459,15 @@ PatchDenoised denoise_even(const Surface& surface, const Atlas& atlas, const Tex
 }  // namespace
 
 PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
-                                 const Signal& psi, const PatchDenoiseOptions& options, const Progress& progress) {
+                                 const Signal& given, const PatchDenoiseOptions& options, const Progress& progress) {
   require(options.strength > 0 && std::isfinite(options.strength),
           fmt::format("denoising has a strength of {}; it must be more than 0", options.strength));
-  require(psi.rows() == space.size() && psi.allFinite(),
-          fmt::format("a signal of {} rows was given for {} unknowns, or it is not finite", psi.rows(),
+  require(given.rows() == space.size() && given.allFinite(),
+          fmt::format("a signal of {} rows was given for {} unknowns, or it is not finite", given.rows(),
                       space.size()));
   const ChartWindows windows(surface, atlas, space);
+  const WithoutStrays without = without_stray_texels(windows, given);
+  const Signal& psi = without.signal ? *without.signal : given;
   const std::vector<double> levels = noise_levels(windows, psi, progress.step("measure noise", 0.03));
   const std::vector<NoiseCurve> curves = growing_noise(windows, psi, levels, progress.step("measure noise", 0.03));
   const auto even = curves.empty() ? std::nullopt : EvenNoise::of(curves, psi);
@@ -481,6 +484,7 @@ PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, con
     result = denoise_even(surface, atlas, space, windows, psi, levels, options.strength,
                           curves.empty() ? Fireflies::none : Fireflies::taken_off, filtering);
   }
+  result.strays = without.count;
   if (options.strength < 1) result.signal = psi + options.strength * (result.signal - psi);
   return result;
 }

@@ -19,6 +19,7 @@ struct PatchDenoised {
   std::vector<double> noise;  ///< its deviation, per channel, as `noise_levels` finds it; 0: the channel is as it was
   double smoothed = 1;        ///< as `NoiseCurve::smoothed`
   int fireflies = 0;          ///< texels that stood out far above noise
+  int strays = 0;             ///< texels that salt-and-pepper noise had set to an end of all values
 };
 
 /// Texture repeats itself, noise does not: each patch P of texels is filtered together with those Q like it around it,
@@ -36,6 +37,10 @@ struct PatchDenoised {
 /// σ²I (patches are whitened). Where the noise of all channels grows with their values it is that of averaged rays:
 /// all is done on a scale on which it is even (`EvenNoise`), from which nothing comes back below 0, if it is a line of the
 /// values; and texels that surpass all around them by 6 σ, fireflies, first become the median of those.
+///
+/// Stray texels, as salt-and-pepper noise has them, first of all become the median of those around them: texels at either
+/// end of a channel's values that stand alone, where there are many of both kinds and they lie everywhere alike, as stars,
+/// glints and print do not. They go whatever the strength.
 ///
 /// A signal without noise comes back bit for bit. The mean of each component of the surface is kept (of light nearly, on
 /// the even scale and but for fireflies). Texels within four of the surface's own boundary on both sides, in strips, have

@@ -83,9 +83,16 @@ void warn_of_little(Run& run, const Likeness& alike, const std::optional<ImageFl
         "or --detail 0 where shades are broad");
   else if (fit && fit->unrelated)
     run.terminal().warning(fmt::format(
-        "the two seem to show different things: nothing in the one fits {:.0f} % of the other, and {:.0f} % of what they "
-        "differ in is left, so pictures between are mixed as they lie; --search none moves them all the same",
-        100 * fit->unfit, 100 * after / before));
+        "the two seem to show different things: along the best motion {:.0f} % of their detail is alike, nothing in the "
+        "one fits {:.0f} % of the other, and {:.0f} % of what they differ in is left, so pictures between are mixed as "
+        "they lie; --search none moves them all the same",
+        100 * fit->alike, 100 * fit->unfit, 100 * after / before));
+  else if (fit && fit->strained)
+    run.terminal().warning(fmt::format(
+        "parts of what lies between may be mangled: along the motion that was found, which bends, only {:.0f} % of the "
+        "detail of the two is alike, as where things turn and hide parts of themselves. Look at it; pictures nearer to "
+        "each other do better",
+        100 * fit->alike));
   else if (after > much_left * before)
     run.terminal().remark(fmt::format(
         "{:.0f} % of what the two differ in is left: where things moved farther than was "
