@@ -44,12 +44,18 @@ void add_shared_solver_options(OptionTable& table) {
 
 SharedEquation::SharedEquation(Run& run, const Processes& processes, const Numbering& numbering, TexelPart& part,
                                double weight)
+    : SharedEquation(run, processes, numbering, part, [&](const TexelSpace& space, const Progress& progress) {
+        return space.regularised_system(1, weight, progress);
+      }) {}
+
+SharedEquation::SharedEquation(Run& run, const Processes& processes, const Numbering& numbering, TexelPart& part,
+                               const Assemble& assemble)
     : run_(run), processes_(processes), numbering_(numbering), part_(part) {
   const Step step(run, "assemble", 0.2);
   SparseMatrix A;
   processes.together([&] {
     if (part.empty()) return;
-    A = part.space().regularised_system(1, weight, step);
+    A = assemble(part.space(), step);
     texels_ = part.space().texels();
     part.let_go_of_space();
   });

@@ -1,6 +1,7 @@
 #pragma once
 /// (M + w·S)·δ = B of the whole model, its rows parted among processes.
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -19,6 +20,11 @@ class SharedEquation {
  public:
   /// `part` lets go of its space. Every process must call it, and `solve`.
   SharedEquation(app::Run& run, const Processes& processes, const Numbering& numbering, TexelPart& part, double weight);
+
+  /// A·δ = B for any matrix of the part's space, by itself of each process.
+  using Assemble = std::function<SparseMatrix(const TexelSpace& space, const Progress& progress)>;
+  SharedEquation(app::Run& run, const Processes& processes, const Numbering& numbering, TexelPart& part,
+                 const Assemble& assemble);
 
   /// δ of the own texels, for their rows of B. Once.
   Signal solve(const Signal& B);

@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
       ours.insert(ours.begin() + 1, {"--threads", "1"});
     if (!processes.is_first()) leave_out_reports(ours);
     using namespace mq::shared;
-    status = mq::app::run_program({filter_verb(), stitch_verb(), seams_verb(), fill_verb()}, ours);
+    status = mq::app::run_program({filter_verb(), stitch_verb(), seams_verb(), fill_verb(), geodesic_verb()}, ours);
   }
   PetscFinalize();
   return status;
