@@ -46,6 +46,7 @@ struct Prepared {
 void require_known(const OptionValues& options) {
   require(!options.texts("from").empty() || !options.texts("from-mask").empty(),
           "--from: say where distances begin: --from x,y,z, --from texel,column,row or --from-mask PICTURE");
+  require(!options.flag("vertices"), "--vertices: " + not_yet("geodesic"));
 }
 
 SharedUnknowns shared_unknowns(const Processes& processes, const TexelPart& part, const Numbering& numbering) {
@@ -71,6 +72,11 @@ std::vector<Vector3> positions_of(const TexelPart& part, const Numbering& number
   return positions;
 }
 
+/// How many times the screen of one process S gets here: the coarse level of several would lose constants in rounding
+/// else, and the preconditioner would not be definite. Of δ, some per cent of distances, it changes an eigenfunction
+/// of eigenvalue λ by 10⁻⁵/(λ · area).
+constexpr double screen_factor = 1e3;
+
 /// Per own row what makes S definite, of which M + t·S and M, lumped, are given.
 Vector vanishing(const TexelPart& part, const SharedComponents& components, const SparseMatrix& heat,
                  const Vector& mass, double t) {
@@ -85,7 +91,7 @@ Vector vanishing(const TexelPart& part, const SharedComponents& components, cons
   Vector screen(std::ssize(part.own()));
   for (std::size_t n = 0; n < part.own().size(); ++n) {
     const int i = part.own()[n], c = components.component()[std::size_t(i)];
-    screen[Eigen::Index(n)] = vanishing_screen(mass[i] / all(c, 0), all(c, 1));
+    screen[Eigen::Index(n)] = screen_factor * vanishing_screen(mass[i] / all(c, 0), all(c, 1));
   }
   return screen;
 }
@@ -245,7 +251,8 @@ app::Verb geodesic_verb() {
   app::add_source_options(table);
   app::add_distance_options(table);
   add_shared_solver_options(table);
-  for (const char* name : {"vertices", "frames", "shard", "compress"}) table.elsewhere(name, not_yet("geodesic"));
+  app::add_vertices_option(table, "distances at vertices: refused, as marquetry geodesic measures them on one machine");
+  for (const char* name : {"frames", "shard", "compress"}) table.elsewhere(name, not_yet("geodesic"));
   return {table, geodesic};
 }
 

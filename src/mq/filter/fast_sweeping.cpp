@@ -24,6 +24,9 @@ namespace {
 constexpr double enough = 1e-3;
 constexpr int most_sweeps = 20;
 
+/// So many steps from what is fixed several processes take one after another, each as far as the others are.
+constexpr int rings_together = 64;
+
 struct Near {
   double time = infinity;  ///< by the straight way
   double w = 0;
@@ -98,23 +101,24 @@ class Front {
       begin.push_back(i);
     }
     count_ = double(begin.size());
+    falling_.resize(A.rows());
+    // Which neighbours an unknown is first reached from can be seen in what it gets: near what is fixed all processes go
+    // on together.
+    for (int ring = 0; ring < rings_together && !shared_.is_alone(); ++ring) {
+      const std::vector<int> others = heard();
+      begin.insert(begin.end(), others.begin(), others.end());
+      if (ring == 0) std::ranges::sort(begin);
+      if (!(shared_.largest(double(begin.size())) > 0)) break;
+      begin = next_ring(begin);
+    }
     reach(std::move(begin));
   }
 
   /// Takes what others found. Says whether the front got on anywhere, other than by sweeps.
   bool hear() {
     if (shared_.is_alone()) return false;
-    Vector heard = w_;
-    shared_.fill_halo(heard);
-    std::vector<int> begin;
-    for (const int i : halo_) {
-      if (!(heard[i] < w_[i])) continue;
-      w_[i] = heard[i];
-      touch_around(i);
-      begin.push_back(i);
-    }
     const double before = count_;
-    reach(std::move(begin));
+    reach(heard());
     return shared_.largest(count_ - before) > 0;
   }
 
@@ -145,26 +149,43 @@ class Front {
   }
 
  private:
-  /// Step by step along couplings from those at `order` to all own that are not reached yet.
-  void reach(std::vector<int> order) {
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      const int i = order[k];
-      check_now_and_then();
-      if (shared_.is_own(i) && !is_fixed_[i]) {
-        w_[i] = arrival(A_, places_, w_, i);
-        farthest_ = std::max(farthest_, w_[i]);
-        met_.push_back(i);
-        count_ += 1;
-      }
+  /// Those of the halo that got nearer.
+  std::vector<int> heard() {
+    Vector now = w_;
+    shared_.fill_halo(now);
+    std::vector<int> nearer;
+    for (const int i : halo_) {
+      if (!(now[i] < w_[i])) continue;
+      w_[i] = now[i];
+      touch_around(i);
+      nearer.push_back(i);
+    }
+    return nearer;
+  }
+
+  /// Step by step along couplings to all own that are not reached yet.
+  void reach(std::vector<int> ring) {
+    while (!ring.empty()) ring = next_ring(ring);
+    std::sort(met_.begin(), met_.end());
+  }
+
+  std::vector<int> next_ring(const std::vector<int>& ring) {
+    std::vector<int> next;
+    for (const int i : ring)
       for (SparseMatrix::InnerIterator it(A_, i); it; ++it) {
         const int j = int(it.col());
         if (it.value() == 0 || is_met_[j] || !shared_.is_own(j)) continue;
         is_met_[j] = 1;
-        order.push_back(j);
+        next.push_back(j);
       }
+    for (const int i : next) {
+      check_now_and_then();
+      w_[i] = arrival(A_, places_, w_, i);
+      farthest_ = std::max(farthest_, w_[i]);
+      met_.push_back(i);
+      count_ += 1;
     }
-    std::sort(met_.begin(), met_.end());
-    falling_.resize(A_.rows());
+    return next;
   }
 
   void touch_around(int i) {
