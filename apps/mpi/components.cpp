@@ -1,5 +1,5 @@
 // A component is known by the least number of its texels. Each process joins what its part of the matrix joins, and
-// hears of the least numbers at its halo, until nothing changes anywhere. Sums are made by the process that owns that texel.
+// hears of the least numbers at its halo, until nothing changes anywhere. Sums are made by the owner of that texel.
 #include "components.h"
 
 #include <algorithm>

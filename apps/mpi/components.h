@@ -12,7 +12,8 @@ namespace mq::shared {
 class SharedComponents {
  public:
   /// Of the matrix of a part's space; empty where the part is. Every process must call it, and `sums`.
-  SharedComponents(const Processes& processes, const TexelPart& part, const Numbering& numbering, const SparseMatrix& A);
+  SharedComponents(const Processes& processes, const TexelPart& part, const Numbering& numbering,
+                   const SparseMatrix& A);
 
   /// Components that this process has to do with, and per unknown of the part's space which one it is in.
   int count() const { return int(ids_.size()); }

@@ -28,10 +28,10 @@ Solver asked_solver(const OptionValues& options) {
 
 }  // namespace
 
-void add_shared_solver_options(OptionTable& table) {
+void add_shared_solver_options(OptionTable& table, const std::string& usual_solver) {
   table.add({.name = "solver",
              .type = Option::Type::choice,
-             .default_value = "multigrid",
+             .default_value = usual_solver,
              .choices = {"multigrid", "boomeramg", "gamg"},
              .metavar = "HOW",
              .group = "Solver",

@@ -14,7 +14,7 @@
 namespace mq::shared {
 
 /// Adds --solver, --tolerance and --cycles.
-void add_shared_solver_options(OptionTable& table);
+void add_shared_solver_options(OptionTable& table, const std::string& usual_solver = "multigrid");
 
 class SharedEquation {
  public:

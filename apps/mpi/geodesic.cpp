@@ -46,6 +46,9 @@ struct Prepared {
 void require_known(const OptionValues& options) {
   require(!options.texts("from").empty() || !options.texts("from-mask").empty(),
           "--from: say where distances begin: --from x,y,z, --from texel,column,row or --from-mask PICTURE");
+  require(options.text("solver") != "multigrid",
+          "--solver multigrid: does not solve for distances yet, as constants are nearly free there: leave it out, or "
+          "give boomeramg or gamg");
   require(!options.flag("vertices"), "--vertices: " + not_yet("geodesic"));
 }
 
@@ -72,9 +75,8 @@ std::vector<Vector3> positions_of(const TexelPart& part, const Numbering& number
   return positions;
 }
 
-/// How many times the screen of one process S gets here: the coarse level of several would lose constants in rounding
-/// else, and the preconditioner would not be definite. Of δ, some per cent of distances, it changes an eigenfunction
-/// of eigenvalue λ by 10⁻⁵/(λ · area).
+/// How many times the screen of one process S gets here, so that preconditioners have more of constants than rounding.
+/// Of what is solved for, some per cent of distances, it changes an eigenfunction of eigenvalue λ by 10⁻⁵/(λ · area).
 constexpr double screen_factor = 1e3;
 
 /// Per own row what makes S definite, of which M + t·S and M, lumped, are given.
@@ -250,7 +252,7 @@ app::Verb geodesic_verb() {
   app::add_output_option(table);
   app::add_source_options(table);
   app::add_distance_options(table);
-  add_shared_solver_options(table);
+  add_shared_solver_options(table, "boomeramg");
   app::add_vertices_option(table, "distances at vertices: refused, as marquetry geodesic measures them on one machine");
   for (const char* name : {"frames", "shard", "compress"}) table.elsewhere(name, not_yet("geodesic"));
   return {table, geodesic};

@@ -1,5 +1,5 @@
-// Around a point the process with the nearest texel tells the unknowns. The discs around points reach over the borders of
-// parts: all processes gather their rows and find the same.
+// Around a point the process with the nearest texel tells the unknowns. The discs around points reach over the borders
+// of parts: all processes gather their rows and find the same.
 #include "geodesic_sources.h"
 
 #include <algorithm>
@@ -54,8 +54,10 @@ double nearest_texel(const SourceSpace& space, const SurfacePoint& point) {
   constexpr int around = 2;
   const auto& corners = space.atlas.corners[std::size_t(point.triangle)];
   double x = 0, y = 0;
-  for (int k = 0; k < 3; ++k)
-    x += point.barycentric[k] * corners[std::size_t(k)].column(), y += point.barycentric[k] * corners[std::size_t(k)].row();
+  for (int k = 0; k < 3; ++k) {
+    x += point.barycentric[k] * corners[std::size_t(k)].column();
+    y += point.barycentric[k] * corners[std::size_t(k)].row();
+  }
   const int texture = space.scene.surface.mesh.texture(point.triangle);
   const TextureSize& size = space.atlas.textures[std::size_t(texture)];
   double least = std::numeric_limits<double>::infinity();
@@ -73,7 +75,8 @@ PointSource at_unknown(const SourceSpace& space, const GeodesicSource& source) {
 }
 
 /// Those of places on the surface, by the process that is nearest to each.
-void add_on_surface(const SourceSpace& space, std::span<const app::SourcePlace> places, std::vector<PointSource>& here) {
+void add_on_surface(const SourceSpace& space, std::span<const app::SourcePlace> places,
+                    std::vector<PointSource>& here) {
   std::vector<double> own;
   for (const app::SourcePlace& place : places)
     own.push_back(place.on_surface && !space.part.empty() ? nearest_texel(space, *place.on_surface)

@@ -102,8 +102,8 @@ class Front {
     }
     count_ = double(begin.size());
     falling_.resize(A.rows());
-    // Which neighbours an unknown is first reached from can be seen in what it gets: near what is fixed all processes go
-    // on together.
+    // Which neighbours an unknown is first reached from can be seen in what it gets: near what is fixed all
+    // processes go on together.
     for (int ring = 0; ring < rings_together && !shared_.is_alone(); ++ring) {
       const std::vector<int> others = heard();
       begin.insert(begin.end(), others.begin(), others.end());
