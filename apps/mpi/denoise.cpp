@@ -140,12 +140,13 @@ Signal smoothed_up_to_edges(const Noisy& noisy, const Signal& phi, double weight
       denoising::stop_at_edges(space.gradient_norms(phi), noisy.spacing, edge, conductivity);
     B = -weight * own_rows(noisy.part, space.weighted_stiffness_times(noisy.psi, conductivity));
   });
-  SharedEquation equation(noisy.run, noisy.processes, noisy.numbering, noisy.part, [&](const Progress& progress) {
-    SparseMatrix A = noisy.part.space().weighted_system(1, weight, conductivity, progress);
-    conductivity = {};
-    if (after == Space::let_go) noisy.part.let_go_of_space();
-    return A;
-  });
+  SharedEquation equation(noisy.run, noisy.processes, noisy.numbering, noisy.part,
+                          [&](const TexelSpace& space, const Progress& progress) {
+                            SparseMatrix A = space.weighted_system(1, weight, conductivity, progress);
+                            conductivity = {};
+                            if (after == Space::let_go) noisy.part.let_go_of_space();
+                            return A;
+                          });
   return equation.solve(B);
 }
 

@@ -28,10 +28,10 @@ Solver asked_solver(const OptionValues& options) {
 
 }  // namespace
 
-void add_shared_solver_options(OptionTable& table) {
+void add_shared_solver_options(OptionTable& table, const std::string& usual_solver) {
   table.add({.name = "solver",
              .type = Option::Type::choice,
-             .default_value = "multigrid",
+             .default_value = usual_solver,
              .choices = {"multigrid", "boomeramg", "gamg"},
              .metavar = "HOW",
              .group = "Solver",
@@ -44,8 +44,8 @@ void add_shared_solver_options(OptionTable& table) {
 
 SharedEquation::SharedEquation(Run& run, const Processes& processes, const Numbering& numbering, TexelPart& part,
                                double weight)
-    : SharedEquation(run, processes, numbering, part, [&](const Progress& progress) {
-        SparseMatrix A = part.space().regularised_system(1, weight, progress);
+    : SharedEquation(run, processes, numbering, part, [&](const TexelSpace& space, const Progress& progress) {
+        SparseMatrix A = space.regularised_system(1, weight, progress);
         part.let_go_of_space();
         return A;
       }) {}
@@ -58,7 +58,7 @@ SharedEquation::SharedEquation(Run& run, const Processes& processes, const Numbe
   processes.together([&] {
     if (part.empty()) return;
     texels_ = part.space().texels();
-    A = assemble(step);
+    A = assemble(part.space(), step);
   });
   processes.talking([&] { matrix_ = std::make_unique<SharedMatrix>(A, processes, part, numbering); });
 }

@@ -14,12 +14,12 @@
 namespace mq::shared {
 
 /// Adds --solver, --tolerance and --cycles.
-void add_shared_solver_options(OptionTable& table);
+void add_shared_solver_options(OptionTable& table, const std::string& usual_solver = "multigrid");
 
 class SharedEquation {
  public:
-  /// A part's matrix, whose rows of own texels are those of the whole; not asked of an empty part.
-  using Assemble = std::function<SparseMatrix(const Progress& progress)>;
+  /// The matrix of a part's space, whose rows of own texels are those of the whole.
+  using Assemble = std::function<SparseMatrix(const TexelSpace& space, const Progress& progress)>;
 
   /// `assemble` may let the part let go of its space. Every process must call it, and `solve`.
   SharedEquation(app::Run& run, const Processes& processes, const Numbering& numbering, const TexelPart& part,

@@ -65,7 +65,8 @@ int main(int argc, char** argv) {
       ours.insert(ours.begin() + 1, {"--threads", "1"});
     if (!processes.is_first()) leave_out_reports(ours);
     using namespace mq::shared;
-    status = mq::app::run_program({filter_verb(), stitch_verb(), seams_verb(), fill_verb(), denoise_verb()}, ours);
+    status = mq::app::run_program(
+        {filter_verb(), stitch_verb(), denoise_verb(), seams_verb(), fill_verb(), geodesic_verb()}, ours);
   }
   PetscFinalize();
   return status;

@@ -54,16 +54,20 @@ int Numbering::owner(std::int64_t number) const {
 }
 
 void Numbering::fill_halo(Signal& values) const {
-  const auto channels = std::size_t(values.cols());
+  fill_halo({values.data(), std::size_t(values.size())}, int(values.cols()));
+}
+
+void Numbering::fill_halo(std::span<double> values, int channels) const {
+  const auto row = [&](int i) { return values.subspan(std::size_t(i) * std::size_t(channels), std::size_t(channels)); };
   std::vector<std::vector<double>> sent(answered_.size());
   for (std::size_t p = 0; p < sent.size(); ++p)
     for (const int i : answered_[p])
-      for (std::size_t c = 0; c < channels; ++c) sent[p].push_back(i < 0 ? 0 : values(i, Eigen::Index(c)));
+      for (int c = 0; c < channels; ++c) sent[p].push_back(i < 0 ? 0 : row(i)[std::size_t(c)]);
   const auto received = processes_.exchange(sent);
-  for (std::size_t p = 0; p < received.size(); ++p)
-    for (std::size_t n = 0; n < asked_[p].size(); ++n)
-      for (std::size_t c = 0; c < channels; ++c)
-        values(asked_[p][n], Eigen::Index(c)) = received[p][n * channels + c];
+  for (std::size_t p = 0; p < received.size(); ++p) {
+    auto from = received[p].begin();
+    for (const int i : asked_[p]) from = std::ranges::copy_n(from, channels, row(i).begin()).in;
+  }
 }
 
 }  // namespace mq::shared

@@ -1,6 +1,7 @@
 #pragma once
 /// One numbering for the texels of all processes, and their values beyond a process's own.
 
+#include <span>
 #include <vector>
 
 #include "mq/fem/texel_part.h"
@@ -29,6 +30,7 @@ class Numbering {
   /// Fills in the rows of the halo, per unknown of the part's space, from those that own them. Every process must
   /// call it.
   void fill_halo(Signal& values) const;
+  void fill_halo(std::span<double> values, int channels) const;
 
  private:
   const Processes& processes_;

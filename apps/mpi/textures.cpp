@@ -48,20 +48,19 @@ struct SentTexel {
   int texture, x, y;
 };
 
-/// What is to be put into each picture that this process writes.
-std::vector<TexelValues> gather_changes(const Processes& processes, const TexelPart& part,
-                                        const std::vector<int>& writer, const Signal& before, const Signal& after) {
+/// Of what processes have of each picture, all where it is written.
+std::vector<TexelValues> gather_texels(const Processes& processes, const std::vector<int>& writer, std::size_t channels,
+                                       const std::function<TexelValues(int texture)>& of_texture) {
   const auto count = std::size_t(processes.count());
-  const auto channels = std::size_t(after.cols());
   std::vector<std::vector<SentTexel>> texels(count);
   std::vector<std::vector<float>> values(count);
   for (std::size_t k = 0; k < writer.size(); ++k) {
-    const TexelValues changed = changed_values(part, int(k), before, after);
-    for (std::size_t n = 0; n < changed.places.size(); ++n) {
-      const Texels::Place& at = changed.places[n];
+    const TexelValues here = of_texture(int(k));
+    for (std::size_t n = 0; n < here.places.size(); ++n) {
+      const Texels::Place& at = here.places[n];
       texels[std::size_t(writer[k])].push_back({int(k), at.x, at.y});
       for (std::size_t c = 0; c < channels; ++c)
-        values[std::size_t(writer[k])].push_back(float(changed.values(Eigen::Index(n), Eigen::Index(c))));
+        values[std::size_t(writer[k])].push_back(float(here.values(Eigen::Index(n), Eigen::Index(c))));
     }
   }
   const auto from = processes.exchange(texels);
@@ -126,14 +125,19 @@ TexturedModel read_scene(Run& run, const Processes& processes, const std::string
 
 std::unique_ptr<TexelPart> part_of(Run& run, const Processes& processes, const TexturedModel& scene,
                                    const TexelSpaceOptions& how) {
+  return part_of(run, processes, scene, *scene.atlas, how);
+}
+
+std::unique_ptr<TexelPart> part_of(Run& run, const Processes& processes, const TexturedModel& scene, const Atlas& atlas,
+                                   const TexelSpaceOptions& how) {
   std::unique_ptr<TexelPart> part;
   processes.together([&] {
     const Step step(run, "part", 0.1);
     about(scene.model, [&] {
-      const Seams seams(scene.surface, *scene.atlas);
-      const TexelBlocks blocks(scene.surface, *scene.atlas, seams, block_side(*scene.atlas, processes.count()));
+      const Seams seams(scene.surface, atlas);
+      const TexelBlocks blocks(scene.surface, atlas, seams, block_side(atlas, processes.count()));
       const BlockOwners owners{blocks, parted(blocks, processes.count())};
-      part = std::make_unique<TexelPart>(scene.surface, *scene.atlas, seams, owners, processes.rank(), how, step);
+      part = std::make_unique<TexelPart>(scene.surface, atlas, seams, owners, processes.rank(), how, step);
     });
   });
   return part;
@@ -198,28 +202,40 @@ Signal own_rows(const TexelPart& part, const Signal& all) {
 
 namespace {
 
+/// Each process makes and writes its pictures.
+void write_in_parts(Run& run, const Processes& processes, const TexturedModel& scene, const Outputs& outputs,
+                    const std::vector<int>& writer, const Step& step,
+                    const std::function<Texture(std::size_t texture)>& make) {
+  std::vector<std::string> notes;
+  processes.together([&] {
+    for (std::size_t i = 0; i < scene.model.textures.size(); ++i) {
+      if (writer[i] != processes.rank()) continue;
+      std::ranges::copy(write_texture(outputs.paths()[i], make(i)), std::back_inserter(notes));
+      step.progress().at(double(i + 1) / double(scene.model.textures.size()));
+    }
+  });
+  for (const std::string& note : processes.gather_lines(notes)) run.terminal().remark(note);
+  app::say_written(run, outputs.paths());
+}
+
 void write_pictures(Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
                     const Outputs& outputs, const Signal& before, const Signal& after, const FinishPicture& finish) {
   const Step step(run, "write", 0.1);
   const std::vector<Texture>& textures = scene.model.textures;
   const std::vector<int> writer = writers(processes, part, textures.size());
   std::vector<TexelValues> changes;
-  processes.talking([&] { changes = gather_changes(processes, part, writer, before, after); });
-  std::vector<std::string> notes;
-  processes.together([&] {
-    for (std::size_t i = 0; i < textures.size(); ++i) {
-      if (writer[i] != processes.rank()) continue;
-      Texture picture = read_picture_of(run, textures[i], {});
-      put_values(changes[i], app::value_space(run.options()), picture);
-      changes[i] = {};
-      if (finish) finish(i, picture);
-      if (const auto depth = app::asked_depth(run.options())) picture.format.depth = *depth;
-      std::ranges::copy(write_texture(outputs.paths()[i], picture), std::back_inserter(notes));
-      step.progress().at(double(i + 1) / double(textures.size()));
-    }
+  processes.talking([&] {
+    changes = gather_texels(processes, writer, std::size_t(after.cols()),
+                            [&](int k) { return changed_values(part, k, before, after); });
   });
-  for (const std::string& note : processes.gather_lines(notes)) run.terminal().remark(note);
-  app::say_written(run, outputs.paths());
+  write_in_parts(run, processes, scene, outputs, writer, step, [&](std::size_t i) {
+    Texture picture = read_picture_of(run, textures[i], {});
+    put_values(changes[i], app::value_space(run.options()), picture);
+    changes[i] = {};
+    if (finish) finish(i, picture);
+    if (const auto depth = app::asked_depth(run.options())) picture.format.depth = *depth;
+    return picture;
+  });
 }
 
 /// What the verb reports of the change, of all processes; rows are their own.
@@ -257,6 +273,30 @@ void write_result(Run& run, const Processes& processes, const TexturedModel& sce
                   const Outputs& outputs, const Signal& before, const Signal& after, const FinishPicture& finish) {
   report_change(run, processes, own_rows(part, before), own_rows(part, after));
   write_pictures(run, processes, scene, part, outputs, before, after, finish);
+  report_processes(run, processes, scene, part);
+}
+
+void write_new_pictures(Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
+                        const Outputs& outputs, int channels, Depth depth,
+                        const std::function<TexelValues(int texture)>& of_texture) {
+  {
+    const Step step(run, "write", 0.1);
+    const std::vector<int> writer = writers(processes, part, scene.model.textures.size());
+    std::vector<TexelValues> texels;
+    processes.talking([&] { texels = gather_texels(processes, writer, std::size_t(channels), of_texture); });
+    write_in_parts(run, processes, scene, outputs, writer, step, [&](std::size_t i) {
+      const TextureSize& size = scene.texture_sizes[i];
+      Texture picture = scene.model.textures[i];
+      picture.pixels = Image<float>(size.width, size.height, channels);
+      picture.format = {.depth = depth, .file_format = picture.format.file_format, .tags = nullptr};
+      for (std::size_t n = 0; n < texels[i].places.size(); ++n) {
+        const Texels::Place& at = texels[i].places[n];
+        for (int c = 0; c < channels; ++c) picture.pixels(at.x, at.y, c) = float(texels[i].values(Eigen::Index(n), c));
+      }
+      texels[i] = {};
+      return picture;
+    });
+  }
   report_processes(run, processes, scene, part);
 }
 

@@ -8,6 +8,7 @@
 
 #include "mq/fem/texel_part.h"
 #include "mq/model/outputs.h"
+#include "mq/model/part_values.h"
 #include "mq/model/textured_model.h"
 #include "numbering.h"
 #include "processes.h"
@@ -25,6 +26,10 @@ TexturedModel read_scene(app::Run& run, const Processes& processes, const std::s
 /// The texels of this process.
 std::unique_ptr<TexelPart> part_of(app::Run& run, const Processes& processes, const TexturedModel& scene,
                                    const TexelSpaceOptions& how = {});
+
+/// The same of another atlas of its surface, in which charts are laid apart.
+std::unique_ptr<TexelPart> part_of(app::Run& run, const Processes& processes, const TexturedModel& scene,
+                                   const Atlas& atlas, const TexelSpaceOptions& how = {});
 
 /// The weight that `asked` gives for this scale. Throws `InvalidInput` in all processes for one whose constants
 /// `ScreenedPoisson` would treat by themselves.
@@ -53,6 +58,12 @@ using FinishPicture = std::function<void(std::size_t texture, Texture& picture)>
 /// picture are, and written there; and of each process it is said what it had to do with.
 void write_result(app::Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
                   const Outputs& outputs, const Signal& before, const Signal& after, const FinishPicture& finish = {});
+
+/// Pictures of values alone, in place of the model's: of each texture what this process has of it is gathered where most
+/// of its texels are, and written there, black where nothing is. Every process must call it.
+void write_new_pictures(app::Run& run, const Processes& processes, const TexturedModel& scene, const TexelPart& part,
+                        const Outputs& outputs, int channels, Depth depth,
+                        const std::function<TexelValues(int texture)>& of_texture);
 
 /// How far a filter of this weight reaches.
 void report_weight(app::Run& run, const TexturedModel& scene, double weight);

@@ -8,6 +8,7 @@ namespace mq::shared {
 app::Verb denoise_verb();
 app::Verb fill_verb();
 app::Verb filter_verb();
+app::Verb geodesic_verb();
 app::Verb seams_verb();
 app::Verb stitch_verb();
 

@@ -13,6 +13,13 @@
 #include "mq/base/words.h"
 
 namespace mq::app {
+void refuse_texel(const TexturedModel& scene, const std::string& text) {
+  throw InvalidInput(
+      fmt::format("--from {}: no chart of {} uses such a texel (columns count from the left, rows "
+                  "from the top, both from 0, in whole numbers)",
+                  text, scene.model.path.string()));
+}
+
 namespace {
 
 struct Place {
@@ -84,13 +91,6 @@ SourcePlace at_vertex(const Run& run, const TexturedModel& scene, const std::str
   throw InvalidInput(fmt::format(
       "--from {}: no triangle there has texture coordinates; give another place, or --vertices",
       text));
-}
-
-[[noreturn]] void refuse_texel(const TexturedModel& scene, const std::string& text) {
-  throw InvalidInput(
-      fmt::format("--from {}: no chart of {} uses such a texel (columns count from the left, rows "
-                  "from the top, both from 0, in whole numbers)",
-                  text, scene.model.path.string()));
 }
 
 SourcePlace at_texel(const Run& run, const TexturedModel& scene, const std::string& text,

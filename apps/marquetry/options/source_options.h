@@ -30,6 +30,9 @@ struct SourcePlace {
 std::vector<SourcePlace> source_places(Run& run, const TexturedModel& scene,
                                        const ClosestPointFinder* closest = nullptr);
 
+/// Throws `InvalidInput`: no chart uses the texel that is named so.
+[[noreturn]] void refuse_texel(const TexturedModel& scene, const std::string& text);
+
 /// The same and --from-mask, as unknowns of the domain.
 std::vector<GeodesicSource> sources_at(const Run& run, const TexturedModel& scene, const ModelSignal& domain,
                                        std::span<const SourcePlace> places);

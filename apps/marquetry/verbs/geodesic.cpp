@@ -1,17 +1,13 @@
 // marquetry geodesic MESH [TEXTURE...] -o OUT --from PLACE: distances along the surface.
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "shell/arguments.h"
 #include "options/signal_options.h"
+#include "verbs/shared/distance_options.h"
 #include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
-#include "mq/draw/false_colour.h"
 #include "mq/fem/field_metric.h"
 #include "mq/filter/geodesic.h"
-#include "mq/io/file_names.h"
-#include "mq/io/held_files.h"
 #include "shell/results.h"
 #include "options/solver_options.h"
 #include "options/source_options.h"
@@ -19,24 +15,6 @@
 
 namespace mq::app {
 namespace {
-
-/// Whether distances are written as numbers: asked for, or the format is one for numbers.
-bool writes_numbers(const OptionValues& options, const std::filesystem::path& path) {
-  const std::string show = options.text("show");
-  if (show != "automatic") return show == "numbers";
-  return holds_numbers(path) || names_held(path);
-}
-
-Signal as_numbers(const Vector& distance, int channels) {
-  Signal values(distance.size(), channels);
-  for (Eigen::Index i = 0; i < distance.size(); ++i) {
-    const double d = std::isfinite(distance[i]) ? distance[i] : -1;
-    values.row(i).setConstant(d);
-  }
-  return values;
-}
-
-bool by_texture(const OptionValues& options) { return options.text("metric") == "texture"; }
 
 TexelSpaceOptions asked_metric(const OptionValues& options, const TexturedModel& scene) {
   TexelSpaceOptions space;
@@ -110,12 +88,9 @@ Exit geodesic(Run& run) {
 
   const Step step(run, "write", 0.03);
   const bool numbers = writes_numbers(options, outputs.paths().front());
-  const DistanceColours scale{.most = most,
-                              .lines = int(options.integer("isolines")),
-                              .line_width = 1.5 * domain->scale().texel_spacing};
-  domain->replace(
-      numbers ? as_numbers(found.distance, vertices ? 3 : 1) : distance_colours(found.distance, scale),
-      numbers ? Depth::f32 : Depth::u8, scene.model);
+  domain->replace(numbers ? distances_as_numbers(found.distance, vertices ? 3 : 1)
+                          : distances_as_colours(options, found.distance, most, domain->scale().texel_spacing),
+                  numbers ? Depth::f32 : Depth::u8, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }
@@ -123,7 +98,6 @@ Exit geodesic(Run& run) {
 }  // namespace
 
 Verb geodesic_verb() {
-  using Type = Option::Type;
   OptionTable table("geodesic",
                     "Measure distances along the surface, across the seams of the texture, from "
                     "one place or many.");
@@ -131,35 +105,7 @@ Verb geodesic_verb() {
   add_model_options(table);
   add_model_output_option(table);
   add_source_options(table);
-  table.add({.name = "time",
-             .type = Type::number,
-             .default_value = as_typed(GeodesicOptions{}.time),
-             .least = 1,
-             .most = 1e6,
-             .group = "Distance",
-             .help = "how long heat spreads, in squared texels",
-             .details = "Longer is smoother and rounds off the lines where shortest paths meet."});
-  table.add({.name = "metric",
-             .type = Type::choice,
-             .default_value = "surface",
-             .choices = {"surface", "texture"},
-             .group = "Distance",
-             .help = "lengths are those on the surface, or those in the texture, to compare with",
-             .details = "texture: as if the charts were flat and sewn together, with as much area as the surface."});
-  table.add({.name = "show",
-             .type = Type::choice,
-             .default_value = "automatic",
-             .choices = {"automatic", "numbers", "colours"},
-             .group = "Distance",
-             .help = "distances as numbers or as colours with lines of equal distance",
-             .details = "automatic: numbers in .exr and .tif, and in memory, in model units; colours elsewhere."});
-  table.add({.name = "isolines",
-             .type = Type::integer,
-             .default_value = as_typed(DistanceColours{}.lines),
-             .least = 0,
-             .most = 10000,
-             .group = "Distance",
-             .help = "lines of equal distance, evenly spaced, in colours"});
+  add_distance_options(table);
   // Of the difference to a first guess that is some per cent off: a tenth of what texels allow.
   add_solver_options(table, "1e-3");
   add_vertices_option(table, "distances at vertices, though there are textures");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "mq/atlas/detail/coverage_of_texture.h"
 #include "mq/image/resample.h"
 
 namespace mq {
@@ -31,30 +32,41 @@ void for_each_centre(std::array<TexelPoint, 3> p, const Visit& visit) {
     }
 }
 
+Coverage nothing_covered(const TextureSize& size) {
+  return {Image<int>(size.width, size.height, 1, -1), Image<int>(size.width, size.height, 1)};
+}
+
+void cover(const Atlas& atlas, int triangle, const TextureSize& size, Coverage& coverage) {
+  for_each_centre(atlas.corners[triangle], [&](int column, int row) {
+    const bool repeats = size.wrap == Wrap::repeat;
+    if (!repeats && (column < 0 || row < 0 || column >= size.width || row >= size.height)) return;
+    const int x = wrapped(column, size.width, size.wrap), y = wrapped(row, size.height, size.wrap);
+    if (coverage.triangle(x, y) < 0) coverage.triangle(x, y) = triangle;
+    ++coverage.count(x, y);
+  });
+}
+
 }  // namespace
 
 std::vector<Coverage> texel_coverage(const Surface& surface, const Atlas& atlas,
                                      const Progress& progress) {
   std::vector<Coverage> all;
-  for (const TextureSize& size : atlas.textures)
-    all.push_back(
-        {Image<int>(size.width, size.height, 1, -1), Image<int>(size.width, size.height, 1)});
+  for (const TextureSize& size : atlas.textures) all.push_back(nothing_covered(size));
   for (int t = 0; t < surface.triangle_count(); ++t) {
     if (atlas.chart[t] < 0) continue;
     if (t % 1024 == 0) progress.at(double(t) / surface.triangle_count());
     const int texture = surface.mesh.texture(t);
-    const TextureSize& size = atlas.textures[texture];
-    Coverage& coverage = all[texture];
-    for_each_centre(atlas.corners[t], [&](int column, int row) {
-      const bool repeats = size.wrap == Wrap::repeat;
-      if (!repeats && (column < 0 || row < 0 || column >= size.width || row >= size.height)) return;
-      const int x = wrapped(column, size.width, size.wrap),
-                y = wrapped(row, size.height, size.wrap);
-      if (coverage.triangle(x, y) < 0) coverage.triangle(x, y) = t;
-      ++coverage.count(x, y);
-    });
+    cover(atlas, t, atlas.textures[texture], all[texture]);
   }
   return all;
+}
+
+Coverage coverage_of_texture(const Surface& surface, const Atlas& atlas, int texture) {
+  const TextureSize& size = atlas.textures[texture];
+  Coverage coverage = nothing_covered(size);
+  for (int t = 0; t < surface.triangle_count(); ++t)
+    if (atlas.chart[t] >= 0 && surface.mesh.texture(t) == texture) cover(atlas, t, size, coverage);
+  return coverage;
 }
 
 std::int64_t overlapping_texels(std::span<const Coverage> coverage) {

@@ -95,33 +95,46 @@ void for_each_run(const Part& part, const Footprints& footprints, const TexelGri
     }
 }
 
+/// Which parts lie in each texture: one is looked at after another, so that its texels alone are marked.
+std::vector<std::vector<int>> by_texture(const std::vector<Part>& parts, int textures) {
+  std::vector<std::vector<int>> numbers(static_cast<std::size_t>(textures));
+  for (int p = 0; p < int(parts.size()); ++p) numbers[std::size_t(parts[std::size_t(p)].texture)].push_back(p);
+  return numbers;
+}
+
+std::size_t texels_of(const TextureSize& size) { return std::size_t(size.width) * std::size_t(size.height); }
+
 /// The parts that share texels with others, or with themselves in another tile.
 std::vector<char> sharing(const std::vector<Part>& parts, const Footprints& footprints,
                           const TexelGrid& grid, const Progress& progress) {
   std::vector<char> shares(parts.size(), 0);
-  std::vector<int> reader(std::size_t(grid.texel_count()), -1);  // per texel: part and tile
   std::vector<int> part_of(parts.size());                        // of reader
   std::iota(part_of.begin(), part_of.end(), 0);
   std::map<std::array<int, 3>, int> elsewhere;  // readers in other tiles
-  for (int p = 0; p < int(parts.size()); ++p) {
-    progress.check();
-    for_each_run(parts[std::size_t(p)], footprints, grid,
-                 [&](int column_tile, int row_tile, int first, int count) {
-                   int self = p;
-                   if (column_tile != 0 || row_tile != 0) {
-                     const auto [at, is_new] =
-                         elsewhere.try_emplace({p, column_tile, row_tile}, int(part_of.size()));
-                     if (is_new) part_of.push_back(p);
-                     self = at->second;
-                   }
-                   for (int texel = first; texel < first + count; ++texel) {
-                     int& other = reader[std::size_t(texel)];
-                     if (other >= 0 && other != self)
-                       shares[std::size_t(p)] = shares[std::size_t(part_of[std::size_t(other)])] =
-                           1;
-                     other = self;
-                   }
-                 });
+  std::vector<int> reader;                      // per texel of a texture: part and tile
+  const auto read = [&](int p, int self, int texel) {
+    int& other = reader[std::size_t(texel)];
+    if (other >= 0 && other != self)
+      shares[std::size_t(p)] = shares[std::size_t(part_of[std::size_t(other)])] = 1;
+    other = self;
+  };
+  const auto of_texture = by_texture(parts, grid.texture_count());
+  for (std::size_t k = 0; k < of_texture.size(); ++k) {
+    if (of_texture[k].empty()) continue;
+    reader.assign(texels_of(grid.texture(int(k))), -1);
+    const int start = grid.first_texel(int(k));
+    for (const int p : of_texture[k]) {
+      progress.check();
+      for_each_run(parts[std::size_t(p)], footprints, grid, [&](int column_tile, int row_tile, int first, int count) {
+        int self = p;
+        if (column_tile != 0 || row_tile != 0) {
+          const auto [at, is_new] = elsewhere.try_emplace({p, column_tile, row_tile}, int(part_of.size()));
+          if (is_new) part_of.push_back(p);
+          self = at->second;
+        }
+        for (int texel = first; texel < first + count; ++texel) read(p, self, texel - start);
+      });
+    }
   }
   return shares;
 }
@@ -139,11 +152,18 @@ std::vector<int> to_move(const std::vector<Part>& parts, const std::vector<char>
   }
   std::ranges::stable_sort(order, std::greater(),
                            [&](int p) { return parts[std::size_t(p)].texel_area; });
-  std::vector<char> taken(std::size_t(grid.texel_count()), 0);
+  std::ranges::stable_sort(order, {}, [&](int p) { return parts[std::size_t(p)].texture; });
+  std::vector<char> taken;  // per texel of a texture
+  int texture = -1, start = 0;
   for (const int p : order) {
+    if (parts[std::size_t(p)].texture != texture) {
+      texture = parts[std::size_t(p)].texture;
+      taken.assign(texels_of(grid.texture(texture)), 0);
+      start = grid.first_texel(texture);
+    }
     const auto for_each_texel = [&](const auto& visit) {
       for_each_run(parts[std::size_t(p)], footprints, grid, [&](int, int, int first, int count) {
-        for (int texel = first; texel < first + count; ++texel) visit(taken[std::size_t(texel)]);
+        for (int texel = first - start; texel < first - start + count; ++texel) visit(taken[std::size_t(texel)]);
       });
     };
     bool is_free = true;

@@ -1,11 +1,11 @@
 #include "mq/fem/texel_copies.h"
 
 #include <algorithm>
-#include <tuple>
 
 #include "mq/atlas/coverage.h"
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/fem/copy_rank.h"
 
 namespace mq {
 
@@ -16,27 +16,20 @@ TexelCopies::TexelCopies(const Surface& surface, const SeparatedAtlas& apart,
     offsets_.push_back(offsets_.back() + std::int64_t(size.width) * size.height);
   const std::vector<Coverage> coverage = texel_coverage(surface, apart.atlas);
   const Texels& texels = space.texels();
+  const Vector mass = space.lumped_mass();
+  const auto rank = [&](std::int64_t i) {
+    const Texels::Place& at = texels.places[std::size_t(i)];
+    return CopyRank(apart, at, coverage[std::size_t(at.texture)].triangle(at.x, at.y), texels.chart[std::size_t(i)],
+                    mass[i]);
+  };
   copies_.resize(std::size_t(texels.size()));
   parallel_for(texels.size(), [&](std::int64_t i) {
-    const Texels::Place& at = texels.places[std::size_t(i)];
-    const SeparatedAtlas::Home home = apart.home(at.texture, at.x, at.y);
-    const bool covers = coverage[std::size_t(at.texture)].triangle(at.x, at.y) >= 0;
-    copies_[std::size_t(i)] = {number({at.texture, home.x, home.y}), int(i),
-                               !home.inside ? 2
-                               : covers     ? 0
-                                            : 1};
+    const CopyRank own = rank(i);
+    copies_[std::size_t(i)] = {number(own.home), int(i), int(own.lies)};
   });
-  const Vector mass = space.lumped_mass();
-  const auto turn = [&](int unknown) {
-    const int chart = texels.chart[std::size_t(unknown)];
-    return chart < 0 ? int(apart.atlas.charts.size()) : apart.atlas.charts[std::size_t(chart)].turn;
-  };
   std::ranges::sort(copies_, [&](const Copy& a, const Copy& b) {
-    if (std::tie(a.texel, a.rank) != std::tie(b.texel, b.rank))
-      return std::tie(a.texel, a.rank) < std::tie(b.texel, b.rank);
-    if (a.rank == 0 && turn(a.unknown) != turn(b.unknown)) return turn(a.unknown) < turn(b.unknown);
-    if (mass[a.unknown] != mass[b.unknown]) return mass[a.unknown] > mass[b.unknown];
-    return a.unknown < b.unknown;
+    if (a.texel != b.texel) return a.texel < b.texel;
+    return rank(a.unknown).comes_before(rank(b.unknown));
   });
   is_shown_.assign(copies_.size(), 0);
   for (std::size_t i = 0; i < copies_.size(); ++i)

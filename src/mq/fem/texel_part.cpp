@@ -11,6 +11,7 @@
 
 #include "mq/atlas/texel_grid.h"
 #include "mq/fem/detail/part_window.h"
+#include "mq/fem/detail/shown_places.h"
 
 namespace mq {
 namespace {
@@ -84,7 +85,8 @@ void add_seams(const Seams& seams, PartWindows& windows) {
 }  // namespace
 
 TexelPart::TexelPart(const Surface& surface, const Atlas& atlas, const Seams& seams, const BlockOwners& owners,
-                     int part, const TexelSpaceOptions& how, const Progress& progress) {
+                     int part, const TexelSpaceOptions& how, const Progress& progress)
+    : surface_(surface), part_(part) {
   PartWindows windows(atlas, owners, part, near);
   if (windows.empty()) return;
   add_seams(seams, windows);
@@ -112,6 +114,45 @@ TexelPart::~TexelPart() = default;
 
 bool TexelPart::has_texture(int texture) const {
   return std::ranges::any_of(own_, [&](int i) { return places_[std::size_t(i)].texture == texture; });
+}
+
+/// Where the part ends, but not the whole, no own function is left.
+std::vector<int> TexelPart::boundary() const {
+  std::vector<int> own = space_->boundary();
+  std::erase_if(own, [&](int i) { return owner_[std::size_t(i)] != part_; });
+  return own;
+}
+
+/// Points where an own function counts: there all others are as in the whole.
+ShownPlaces TexelPart::shown() const {
+  ShownPlaces places;
+  const auto is_own = [&](int i) { return owner_[std::size_t(i)] == part_; };
+  for_each_shown(
+      surface_, *atlas_, *space_,
+      [&](int i) {
+        if (is_own(i)) places.covered_.push_back(i);
+      },
+      [&](int triangle, const Vector3& barycentric) {
+        const std::vector<BasisWeight> terms = space_->basis_at(triangle, barycentric);
+        if (std::ranges::none_of(terms, is_own, &BasisWeight::unknown)) return;
+        places.weights_.insert(places.weights_.end(), terms.begin(), terms.end());
+        places.ends_.push_back(int(places.weights_.size()));
+      });
+  return places;
+}
+
+double ShownPlaces::largest(const Vector& values) const {
+  double largest = 0;
+  const auto look_at = [&](double value) {
+    if (std::isfinite(value)) largest = std::max(largest, value);
+  };
+  for (const int i : covered_) look_at(values[i]);
+  for (std::size_t p = 0, k = 0; p < ends_.size(); ++p) {
+    double sum = 0;
+    for (; k < std::size_t(ends_[p]); ++k) sum += weights_[k].weight * values[weights_[k].unknown];
+    look_at(sum);
+  }
+  return largest;
 }
 
 void TexelPart::let_go_of_space() {

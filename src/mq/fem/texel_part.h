@@ -25,6 +25,19 @@ struct BlockOwners {
   }
 };
 
+/// Where the surface shows own texels of a part: at the centres of those that triangles cover, and at other points,
+/// where neighbours take part.
+class ShownPlaces {
+ public:
+  /// The largest value ≥ 0 that is shown, of one per unknown of the part's space; what is not finite does not count.
+  double largest(const Vector& values) const;
+
+ private:
+  friend class TexelPart;
+  std::vector<int> covered_, ends_;
+  std::vector<BasisWeight> weights_;  ///< of each point up to its end
+};
+
 class TexelPart {
  public:
   /// Surface, atlas, seams (of the whole atlas) and owners must outlive the part. Takes the part's own cells and
@@ -59,10 +72,19 @@ class TexelPart {
   /// Whether any own texel is of this texture: its picture is wanted.
   bool has_texture(int texture) const;
 
+  /// The own unknowns whose functions do not vanish on the boundary of the whole's domain, ascending. As long as there
+  /// is a space.
+  std::vector<int> boundary() const;
+
+  /// Over all parts these are the places that `TexelSpace::largest_shown` looks at. As long as there is a space.
+  ShownPlaces shown() const;
+
   /// Lets go of the space, once its matrices are made; places and owners stay.
   void let_go_of_space();
 
  private:
+  const Surface& surface_;
+  int part_;
   std::unique_ptr<Atlas> atlas_;
   std::unique_ptr<TexelSpace> space_;
   std::vector<int> own_, owner_;

@@ -7,6 +7,7 @@
 
 #include "mq/filter/fast_sweeping.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -22,6 +23,9 @@ namespace {
 /// average.
 constexpr double enough = 1e-3;
 constexpr int most_sweeps = 20;
+
+/// So many steps from what is fixed several processes take one after another, each as far as the others are.
+constexpr int rings_together = 64;
 
 struct Near {
   double time = infinity;  ///< by the straight way
@@ -78,53 +82,156 @@ std::vector<int> by_steps(const SparseMatrix& A, const std::vector<std::pair<int
   return order;
 }
 
+namespace {
+
+class Front {
+ public:
+  Front(const SparseMatrix& A, std::span<const Vector3> places, const std::vector<std::pair<int, double>>& fixed,
+        const SharedUnknowns& shared, const Progress& progress)
+      : A_(A), places_(places), shared_(shared), progress_(progress), halo_(shared.halo()) {
+    w_ = Vector::Constant(A.rows(), infinity);
+    const auto n = std::size_t(A.rows());
+    is_fixed_.assign(n, 0), is_met_.assign(n, 0), stale_.assign(n, 1);
+    std::vector<int> begin;
+    for (const auto& [i, distance] : fixed) {
+      w_[i] = distance;
+      is_fixed_[i] = 1;
+      if (is_met_[i]) continue;
+      is_met_[i] = 1;
+      begin.push_back(i);
+    }
+    count_ = double(begin.size());
+    falling_.resize(A.rows());
+    // Which neighbours an unknown is first reached from can be seen in what it gets: near what is fixed all
+    // processes go on together.
+    for (int ring = 0; ring < rings_together && !shared_.is_alone(); ++ring) {
+      const std::vector<int> others = heard();
+      begin.insert(begin.end(), others.begin(), others.end());
+      if (ring == 0) std::ranges::sort(begin);
+      if (!(shared_.largest(double(begin.size())) > 0)) break;
+      begin = next_ring(begin);
+    }
+    reach(std::move(begin));
+  }
+
+  /// Takes what others found. Says whether the front got on anywhere, other than by sweeps.
+  bool hear() {
+    if (shared_.is_alone()) return false;
+    const double before = count_;
+    reach(heard());
+    return shared_.largest(count_ - before) > 0;
+  }
+
+  /// Once over all that is reached, in the order of distance. Returns whether that is enough.
+  bool sweep() {
+    for (const int i : met_) falling_[i] = -w_[i];
+    order_.sort(met_, falling_);
+    double change = 0;
+    for (const int i : order_.order()) {
+      check_now_and_then();
+      if (!stale_[i]) continue;
+      stale_[i] = 0;
+      const double now = arrival(A_, places_, w_, i);
+      if (!(now < w_[i])) continue;
+      change += w_[i] - now;
+      w_[i] = now;
+      touch_around(i);
+    }
+    double sums[] = {change, double(met_.size()), count_};
+    shared_.sum(sums);
+    const double step = shared_.largest(farthest_) / std::sqrt(sums[2]);  // from one neighbour to the next, or so
+    return sums[0] <= enough * step * sums[1];
+  }
+
+  Vector take() {
+    shared_.fill_halo(w_);
+    return std::move(w_);
+  }
+
+ private:
+  /// Those of the halo that got nearer.
+  std::vector<int> heard() {
+    Vector now = w_;
+    shared_.fill_halo(now);
+    std::vector<int> nearer;
+    for (const int i : halo_) {
+      if (!(now[i] < w_[i])) continue;
+      w_[i] = now[i];
+      touch_around(i);
+      nearer.push_back(i);
+    }
+    return nearer;
+  }
+
+  /// Step by step along couplings to all own that are not reached yet.
+  void reach(std::vector<int> ring) {
+    while (!ring.empty()) ring = next_ring(ring);
+    std::sort(met_.begin(), met_.end());
+  }
+
+  std::vector<int> next_ring(const std::vector<int>& ring) {
+    std::vector<int> next;
+    for (const int i : ring)
+      for (SparseMatrix::InnerIterator it(A_, i); it; ++it) {
+        const int j = int(it.col());
+        if (it.value() == 0 || is_met_[j] || !shared_.is_own(j)) continue;
+        is_met_[j] = 1;
+        next.push_back(j);
+      }
+    for (const int i : next) {
+      check_now_and_then();
+      w_[i] = arrival(A_, places_, w_, i);
+      farthest_ = std::max(farthest_, w_[i]);
+      met_.push_back(i);
+      count_ += 1;
+    }
+    return next;
+  }
+
+  void touch_around(int i) {
+    for (SparseMatrix::InnerIterator it(A_, i); it; ++it)
+      if (it.col() != i) stale_[it.col()] = 1;
+  }
+
+  void check_now_and_then() {
+    if (++visits_ % 65536 == 0) progress_.check();
+  }
+
+  const SparseMatrix& A_;
+  std::span<const Vector3> places_;
+  const SharedUnknowns& shared_;
+  const Progress& progress_;
+  std::vector<int> halo_, met_;  ///< own unknowns that are reached and not fixed, ascending
+  Vector w_, falling_;
+  std::vector<char> is_fixed_, is_met_;
+  /// Where nothing around an unknown has changed since it was looked at, nothing would come of it.
+  std::vector<char> stale_;
+  FallingOrder order_;
+  double count_ = 0, farthest_ = 0;  ///< own that are reached, fixed or not; the largest first distance of theirs
+  int visits_ = 0;
+};
+
+}  // namespace
+
 Vector fast_sweeping_distances(const SparseMatrix& A, std::span<const Vector3> places,
                                const std::vector<std::pair<int, double>>& fixed,
                                const Progress& progress) {
-  Vector w = Vector::Constant(A.rows(), infinity);
-  std::vector<char> is_fixed(std::size_t(A.rows()), 0);
-  for (const auto& [i, distance] : fixed) {
-    w[i] = distance;
-    is_fixed[i] = 1;
+  return fast_sweeping_distances(A, places, fixed, SharedUnknowns::alone(), progress);
+}
+
+Vector fast_sweeping_distances(const SparseMatrix& A, std::span<const Vector3> places,
+                               const std::vector<std::pair<int, double>>& fixed, const SharedUnknowns& shared,
+                               const Progress& progress) {
+  Front front(A, places, fixed, shared, progress);
+  for (int sweep = 0; sweep < most_sweeps;) {
+    const bool got_on = front.hear();
+    const bool is_enough = front.sweep();
+    if (got_on) continue;  // those do not count
+    ++sweep;
+    progress.at(double(sweep) / most_sweeps);
+    if (is_enough) break;
   }
-  std::vector<int> met = by_steps(A, fixed);
-  double step = 0;
-  int visits = 0;
-  const auto check_now_and_then = [&] {
-    if (++visits % 65536 == 0) progress.check();
-  };
-  for (const int i : met) {
-    check_now_and_then();
-    if (is_fixed[i]) continue;
-    w[i] = arrival(A, places, w, i);
-    step = std::max(step, w[i]);
-  }
-  step /= std::sqrt(double(met.size()));  // from one neighbour to the next, or so
-  std::erase_if(met, [&](int i) { return is_fixed[i]; });
-  std::sort(met.begin(), met.end());
-  FallingOrder order;
-  Vector falling(A.rows());
-  // Where nothing around an unknown has changed since it was looked at, nothing would come of it.
-  std::vector<char> stale(std::size_t(A.rows()), 1);
-  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
-    for (const int i : met) falling[i] = -w[i];
-    order.sort(met, falling);
-    double change = 0;
-    for (const int i : order.order()) {
-      check_now_and_then();
-      if (!stale[i]) continue;
-      stale[i] = 0;
-      const double now = arrival(A, places, w, i);
-      if (!(now < w[i])) continue;
-      change += w[i] - now;
-      w[i] = now;
-      for (SparseMatrix::InnerIterator it(A, i); it; ++it)
-        if (it.col() != i) stale[it.col()] = 1;
-    }
-    progress.at((sweep + 1.0) / most_sweeps);
-    if (change <= enough * step * double(met.size())) break;
-  }
-  return w;
+  return front.take();
 }
 
 }  // namespace mq

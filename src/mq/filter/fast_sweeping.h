@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mq/base/progress.h"
+#include "mq/filter/shared_unknowns.h"
 #include "mq/linear/matrix.h"
 #include "mq/mesh/mesh.h"
 
@@ -19,6 +20,14 @@ namespace mq {
 /// five or so of them; what nothing around has changed is passed over.
 Vector fast_sweeping_distances(const SparseMatrix& A, std::span<const Vector3> places,
                                const std::vector<std::pair<int, double>>& fixed,
+                               const Progress& progress = {});
+
+/// The same for one of several processes: `fixed` are its own, `places` those of the halo too. Sweeps go on until the
+/// front is everywhere and distances hardly change in any process; the halo is exchanged before each. Which two
+/// neighbours count depends a little on the order, so what is found depends on the processes, by about what sweeps
+/// leave.
+Vector fast_sweeping_distances(const SparseMatrix& A, std::span<const Vector3> places,
+                               const std::vector<std::pair<int, double>>& fixed, const SharedUnknowns& shared,
                                const Progress& progress = {});
 
 }  // namespace mq

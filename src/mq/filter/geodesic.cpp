@@ -11,9 +11,7 @@
 #include <cmath>
 
 #include "mq/base/error.h"
-#include "mq/filter/detail/geodesic_steps.h"
-#include "mq/filter/fast_sweeping.h"
-#include "mq/filter/heat_sweeps.h"
+#include "mq/filter/geodesic_steps.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/linear/connected_components.h"
 
@@ -29,17 +27,6 @@ struct GeodesicDistance::Parts {
   std::vector<Vector3> positions;
   std::vector<int> boundary;
 };
-
-namespace {
-
-/// ∫ ⟨∇w/|∇w|, ∇φ_i⟩ dA.
-Signal unit_gradient_moments(const SignalSpace& space, const Signal& w) {
-  std::vector<float> factor = gradient_lengths(space, w);
-  for (float& f : factor) f = 1 / f;
-  return space.weighted_stiffness_times(w, factor);
-}
-
-}  // namespace
 
 GeodesicDistance::GeodesicDistance(const SignalSpace& space, const SolverFactory& factory,
                                    const GeodesicOptions& options, const Progress& progress) {
@@ -61,29 +48,13 @@ double GeodesicDistance::diffusion_length() const { return parts_->length; }
 Geodesic GeodesicDistance::from(const std::vector<GeodesicSource>& asked,
                                 const Progress& progress) const {
   require_sources(asked, parts_->space.size());
-  const std::vector<GeodesicSource> sources =
-      grown_sources(parts_->heat, parts_->positions, mean_spacing(parts_->space), asked);
-  std::vector<std::pair<int, double>> fixed;
-  for (const GeodesicSource& s : sources)
-    fixed.emplace_back(s.unknown, -s.distance / parts_->length);
-  std::vector<std::pair<int, double>> begin;
-  for (const GeodesicSource& s : sources) begin.emplace_back(s.unknown, s.distance);
-  const Vector guess =
-      fast_sweeping_distances(parts_->heat, parts_->positions, begin, progress.step("front", 0.5)) /
-      -parts_->length;
-  HeatSweeps heat =
-      sweep_heat(parts_->heat, fixed, {parts_->options.tolerance, parts_->options.max_sweeps},
-                 guess, progress.step("spread heat", 0.25));
-  Signal w(heat.log_u.size(), 1);
-  for (Eigen::Index i = 0; i < w.rows(); ++i)
-    w(i, 0) = std::isfinite(heat.log_u[i]) ? -parts_->length * heat.log_u[i] : 0;
-  heat.log_u = Vector();
-  if (!parts_->boundary.empty())
-    continue_to_boundary(
-        {parts_->space, parts_->length, parts_->heat, parts_->positions, parts_->boundary}, sources,
-        -parts_->length * guess, w, progress.step("boundary", 0.05));
-  const Signal moments = unit_gradient_moments(parts_->space, w);
-  Filtered filtered = parts_->poisson.solve_towards(w, moments, progress.step("solve", 0.2));
+  const double spacing = mean_spacing(parts_->space);
+  const std::vector<GeodesicSource> sources = grown_sources(parts_->heat, parts_->positions, spacing, asked);
+  HeatDistances heat =
+      heat_distances({parts_->length, spacing, parts_->heat, parts_->positions, parts_->boundary}, sources,
+                     parts_->options, progress.step("directions", 0.8));
+  const Signal moments = unit_gradient_moments(parts_->space, heat.w);
+  Filtered filtered = parts_->poisson.solve_towards(heat.w, moments, progress.step("solve", 0.2));
   Geodesic result{.distance = filtered.signal.col(0),
                   .sweeps = heat.sweeps,
                   .change = heat.change,

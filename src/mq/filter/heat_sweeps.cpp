@@ -39,10 +39,26 @@ double first_guess(const SparseMatrix& A, int i, const Vector& log_u) {
   return largest + std::clamp(std::log(nearer / std::max(0.05, 1 - decay * farther)), -3.0, 0.0);
 }
 
+/// Where sweeps lead: in one process as far as couplings do.
+std::vector<int> reached(const SparseMatrix& A, const std::vector<std::pair<int, double>>& fixed, const Vector& guess,
+                         const SharedUnknowns& shared) {
+  if (shared.is_alone()) return by_steps(A, fixed);
+  std::vector<int> met;
+  for (int i = 0; i < int(A.rows()); ++i)
+    if (shared.is_own(i) && std::isfinite(guess[i])) met.push_back(i);
+  return met;
+}
+
 }  // namespace
 
 HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, double>>& fixed,
                       const HeatSweepOptions& options, const Vector& guess,
+                      const Progress& progress) {
+  return sweep_heat(A, fixed, options, guess, SharedUnknowns::alone(), progress);
+}
+
+HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, double>>& fixed,
+                      const HeatSweepOptions& options, const Vector& guess, const SharedUnknowns& shared,
                       const Progress& progress) {
   HeatSweeps result;
   Vector& log_u = result.log_u;
@@ -52,12 +68,12 @@ HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, do
     log_u[i] = value;
     is_fixed[i] = 1;
   }
-  std::vector<int> met = by_steps(A, fixed);
+  std::vector<int> met = reached(A, fixed, guess, shared);
   for (const int i : met)
     if (!is_fixed[i]) log_u[i] = guess.size() > 0 ? guess[i] : first_guess(A, i, log_u);
   progress.at(0.1);
 
-  HeatSweep sweep(A, std::move(met), is_fixed, log_u);
+  HeatSweep sweep(A, std::move(met), is_fixed, log_u, shared);
   HeatSweepEnd end(options.tolerance);
   while (!end.reached(options.max_sweeps)) {
     end.add(sweep.find_misses(HeatSweep::most_tolerances * options.tolerance));

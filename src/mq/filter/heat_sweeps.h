@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mq/base/progress.h"
+#include "mq/filter/shared_unknowns.h"
 #include "mq/linear/matrix.h"
 
 namespace mq {
@@ -49,6 +50,13 @@ struct HeatSweeps {
 /// spacings, more for longer t. The same bits for any number of threads.
 HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, double>>& fixed,
                       const HeatSweepOptions& options = {}, const Vector& guess = {},
+                      const Progress& progress = {});
+
+/// The same for one of several processes: `fixed` are its own, `guess`, which must be given, is where to begin; what it
+/// leaves infinite is not reached. Sweeps are those of one process, all unknowns in one order, but that what
+/// comes over from others is carried on until little of it is left.
+HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, double>>& fixed,
+                      const HeatSweepOptions& options, const Vector& guess, const SharedUnknowns& shared,
                       const Progress& progress = {});
 
 }  // namespace mq

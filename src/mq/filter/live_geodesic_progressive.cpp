@@ -7,7 +7,7 @@
 #include "mq/base/error.h"
 #include "mq/base/infinity.h"
 #include "mq/base/parallel.h"
-#include "mq/filter/detail/geodesic_steps.h"
+#include "mq/filter/geodesic_steps.h"
 #include "mq/filter/detail/heat_sweep.h"
 #include "mq/filter/detail/level_fronts.h"
 #include "mq/filter/detail/live_geodesic_ways.h"
@@ -170,7 +170,7 @@ void ProgressiveWay::take_w(const Progress& progress) {
   w_.resize(space_.size(), 1);
   parallel_for(w_.rows(), [&](std::int64_t i) { w_(i, 0) = std::isfinite(first_[i]) ? -length_ * log_u_[i] : 0; });
   if (!boundary_.empty())
-    continue_to_boundary({space_, length_, heat_, positions_, boundary_}, sources_, first_, w_, progress);
+    continue_to_boundary({length_, spacing_, heat_, positions_, boundary_}, sources_, first_, w_, progress);
   if (phi_.size() == 0) phi_ = w_.col(0);
   poisson_.set_guess(phi_ - w_.col(0));
 }

@@ -9,7 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/base/infinity.h"
 #include "mq/base/parallel.h"
-#include "mq/filter/detail/geodesic_steps.h"
+#include "mq/filter/geodesic_steps.h"
 #include "mq/filter/detail/live_geodesic_ways.h"
 #include "mq/linear/connected_components.h"
 

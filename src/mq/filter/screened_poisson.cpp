@@ -11,18 +11,12 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/filter/vanishing_screen.h"
 #include "mq/linear/connected_components.h"
 
 namespace mq {
 
 namespace {
-
-/// The weight of the screening where only gradients shall count, in units of 1 / component area.
-/// The last pivot of a factorisation is this small beside entries of order 1, and must stay clear
-/// of what rounding leaves of several million of them. In a component of few it is smaller, this
-/// share of the trace: an iteration in single precision has to see that constants are as good as
-/// null, as its rounding errors in them would else be the largest part of what it finds.
-constexpr double vanishing_screen = 1e-8, vanishing_share = 1e-13;
 
 /// In areas: from here on an error of the solver in the constants of a component, which the
 /// residual shows little of, could be one that 16 bits show.
@@ -35,10 +29,7 @@ constexpr double least_screen = 1e-8;
 /// of the areas of components.
 Vector vanishing(const SparseMatrix& A, const std::vector<int>& component, Vector share) {
   const Signal trace = component_sums(component, Vector(A.diagonal()));
-  for (Eigen::Index i = 0; i < share.size(); ++i) {
-    const double most = vanishing_share * trace(component[i], 0);  // 0: no area, and no gradients
-    share[i] *= most > 0 ? std::min(vanishing_screen, most) : vanishing_screen;
-  }
+  for (Eigen::Index i = 0; i < share.size(); ++i) share[i] = vanishing_screen(share[i], trace(component[i], 0));
   return share;
 }
 
@@ -106,7 +97,7 @@ void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
                                    weight));
   const Progress assembling = progress.step("assemble", 0.2);
   // Beyond, the matrix would hold nothing of M but rounding.
-  if (screen_.empty() && weight * vanishing_screen >= space_.scale().area) weight = infinite_weight;
+  if (screen_.empty() && weight * vanishing_weight >= space_.scale().area) weight = infinite_weight;
   const bool finite = std::isfinite(weight), screened = !screen_.empty();
   require(finite || !screened, "a screened Poisson equation with a screen needs a finite weight");
   SparseMatrix A =

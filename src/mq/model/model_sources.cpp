@@ -2,23 +2,26 @@
 
 namespace mq {
 
-std::vector<GeodesicSource> sources_at_point(const TexturedModel& model, const ModelSignal& signal,
-                                             const SurfacePoint& point) {
+std::vector<GeodesicSource> sources_at_point(const Mesh& mesh, const TexelSpace& texels, const SurfacePoint& point) {
   /// Weights below this do not count among texels.
   constexpr double least_weight = 1e-3;
-  const Mesh& mesh = model.surface.mesh;
   const Vector3 place = point_at(mesh, point);
   std::vector<GeodesicSource> sources;
-  const auto add = [&](int unknown, const Vector3& at) {
-    sources.push_back({unknown, (at - place).norm(), place});
-  };
-  if (const TexelSpace* texels = signal.texel_space()) {
-    for (const BasisWeight& w : texels->basis_at(point.triangle, point.barycentric))
-      if (w.weight > least_weight) add(w.unknown, texels->texels().position(w.unknown));
-  } else {
-    for (int k = 0; k < 3; ++k)
-      add(mesh.triangles[point.triangle][k], mesh.position(point.triangle, k));
-  }
+  for (const BasisWeight& w : texels.basis_at(point.triangle, point.barycentric))
+    if (w.weight > least_weight)
+      sources.push_back({w.unknown, (texels.texels().position(w.unknown) - place).norm(), place});
+  return sources;
+}
+
+std::vector<GeodesicSource> sources_at_point(const TexturedModel& model, const ModelSignal& signal,
+                                             const SurfacePoint& point) {
+  const Mesh& mesh = model.surface.mesh;
+  if (const TexelSpace* texels = signal.texel_space()) return sources_at_point(mesh, *texels, point);
+  const Vector3 place = point_at(mesh, point);
+  std::vector<GeodesicSource> sources;
+  for (int k = 0; k < 3; ++k)
+    sources.push_back(
+        {mesh.triangles[point.triangle][k], (mesh.position(point.triangle, k) - place).norm(), place});
   return sources;
 }
 

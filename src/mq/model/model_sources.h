@@ -15,6 +15,9 @@ namespace mq {
 std::vector<GeodesicSource> sources_at_point(const TexturedModel& model, const ModelSignal& signal,
                                              const SurfacePoint& point);
 
+/// The same of a space of texels.
+std::vector<GeodesicSource> sources_at_point(const Mesh& mesh, const TexelSpace& texels, const SurfacePoint& point);
+
 /// Those of a texel of the pictures; none where no chart reads it.
 std::vector<GeodesicSource> sources_at_texel(const ModelSignal& signal, const Texels::Place& texel);
 

@@ -11,7 +11,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "mq/atlas/coverage.h"
+#include "mq/atlas/detail/coverage_of_texture.h"
 #include "mq/image/resample.h"
 #include "mq/image/wrap.h"
 
@@ -42,30 +42,28 @@ bool lies_flat(const Surface& surface, const Atlas& atlas, HalfEdge h) {
          turns_positive(atlas, h / 3) == turns_positive(atlas, surface.twins[std::size_t(h)] / 3);
 }
 
-/// Per texel whether it may stand for several places of one chart.
+/// Per texel of one texture whether it may stand for several places of one chart.
 class Suspects {
  public:
-  Suspects(const Surface& surface, const Atlas& atlas) : atlas_(atlas) {
-    for (const Coverage& coverage : texel_coverage(surface, atlas)) {
-      marks_.emplace_back(coverage.count.width(), coverage.count.height(), 1);
-      for (int y = 0; y < coverage.count.height(); ++y)
-        for (int x = 0; x < coverage.count.width(); ++x)
-          marks_.back()(x, y) = coverage.count(x, y) > 1;
-    }
+  Suspects(const Surface& surface, const Atlas& atlas, int texture)
+      : atlas_(atlas), wrap_(atlas.textures[std::size_t(texture)].wrap) {
+    const Image<int> count = coverage_of_texture(surface, atlas, texture).count;
+    marks_ = Image<char>(count.width(), count.height(), 1);
+    for (int y = 0; y < count.height(); ++y)
+      for (int x = 0; x < count.width(); ++x) marks_(x, y) = count(x, y) > 1;
     for (HalfEdge h = 0; h < HalfEdge(atlas.edges.size()); ++h)
-      if (atlas.chart[std::size_t(h / 3)] >= 0 && !lies_flat(surface, atlas, h))
-        mark_along(surface.mesh.texture(h / 3), h);
+      if (atlas.chart[std::size_t(h / 3)] >= 0 && surface.mesh.texture(h / 3) == texture &&
+          !lies_flat(surface, atlas, h))
+        mark_along(h);
   }
 
-  bool operator()(int texture, int row, int column) const {
-    const Image<char>& marks = marks_[std::size_t(texture)];
-    const Wrap wrap = atlas_.textures[std::size_t(texture)].wrap;
-    return marks(wrapped(column, marks.width(), wrap), wrapped(row, marks.height(), wrap));
+  bool operator()(int row, int column) const {
+    return marks_(wrapped(column, marks_.width(), wrap_), wrapped(row, marks_.height(), wrap_));
   }
 
  private:
   /// The texels whose boxes an edge meets, and a few more.
-  void mark_along(int texture, HalfEdge h) {
+  void mark_along(HalfEdge h) {
     const auto& corners = atlas_.corners[std::size_t(h / 3)];
     TexelPoint a = corners[std::size_t(h % 3)], b = corners[std::size_t(next(h) % 3)];
     if (b.y < a.y) std::swap(a, b);
@@ -80,32 +78,32 @@ class Suspects {
       const int from = int(std::floor(std::min(enters, leaves) - hair));
       const int to = int(std::floor(std::max(enters, leaves) + hair)) + 1;
       for (int column = from; column <= to; ++column)
-        mark(texture, row, column), mark(texture, row + 1, column);
+        mark(row, column), mark(row + 1, column);
     }
   }
 
-  void mark(int texture, int row, int column) {
-    Image<char>& marks = marks_[std::size_t(texture)];
-    const Wrap wrap = atlas_.textures[std::size_t(texture)].wrap;
-    marks(wrapped(column, marks.width(), wrap), wrapped(row, marks.height(), wrap)) = 1;
+  void mark(int row, int column) {
+    marks_(wrapped(column, marks_.width(), wrap_), wrapped(row, marks_.height(), wrap_)) = 1;
   }
 
   const Atlas& atlas_;
-  std::vector<Image<char>> marks_;
+  Wrap wrap_;
+  Image<char> marks_;
 };
 
 std::vector<Reading> suspect_readings(const Surface& surface, const Atlas& atlas,
                                       const Footprints& footprints, const Progress& progress) {
-  const Suspects suspects(surface, atlas);
   std::vector<Reading> readings;
-  for (int t = 0; t < surface.triangle_count(); ++t) {
-    const int chart = atlas.chart[std::size_t(t)];
-    if (chart < 0 || atlas.charts[std::size_t(chart)].triangles == 1) continue;
-    if (t % 1024 == 0) progress.check();
-    const int texture = surface.mesh.texture(t);
-    for (const TexelSpan& span : footprints.of(t))
-      for (int column = span.first; column < span.end; ++column)
-        if (suspects(texture, span.row, column)) readings.push_back({chart, span.row, column, t});
+  for (int k = 0; k < int(atlas.textures.size()); ++k) {
+    const Suspects suspects(surface, atlas, k);
+    for (int t = 0; t < surface.triangle_count(); ++t) {
+      const int chart = atlas.chart[std::size_t(t)];
+      if (chart < 0 || atlas.charts[std::size_t(chart)].triangles == 1 || surface.mesh.texture(t) != k) continue;
+      if (t % 1024 == 0) progress.check();
+      for (const TexelSpan& span : footprints.of(t))
+        for (int column = span.first; column < span.end; ++column)
+          if (suspects(span.row, column)) readings.push_back({chart, span.row, column, t});
+    }
   }
   return readings;
 }

@@ -16,18 +16,30 @@ namespace mq {
 /// differs by a 65536th of the range; equal places go by number.
 class FallingOrder {
  public:
-  /// Of the unknowns `met`, ascending, whose values must be finite.
-  void sort(const std::vector<int>& met, const Vector& values) {
+  struct Range {
     double high = -infinity, low = infinity;
-    for (const int i : met) {
-      high = std::max(high, values[i]);
-      low = std::min(low, values[i]);
+  };
+
+  static Range range(const std::vector<int>& unknowns, const Vector& values) {
+    Range all;
+    for (const int i : unknowns) {
+      all.high = std::max(all.high, values[i]);
+      all.low = std::min(all.low, values[i]);
     }
+    return all;
+  }
+
+  /// Of the unknowns `met`, ascending, whose values must be finite.
+  void sort(const std::vector<int>& met, const Vector& values) { sort(met, {}, values, range(met, values)); }
+
+  /// Where all values lie in a range. `beside` are not put in order, but it is known what they come before.
+  void sort(const std::vector<int>& met, const std::vector<int>& beside, const Vector& values, const Range& range) {
+    const auto [high, low] = range;
     const double scale = high > low ? (places - 1) / (high - low) : 0;
     place_.resize(std::size_t(values.size()));
-    parallel_for(std::ssize(met), [&](std::int64_t k) {
-      place_[met[k]] = std::uint16_t((high - values[met[k]]) * scale);
-    });
+    const auto place = [&, high = high](int i) { place_[i] = std::uint16_t((high - values[i]) * scale); };
+    parallel_for(std::ssize(met), [&](std::int64_t k) { place(met[k]); });
+    for (const int i : beside) place(i);
     std::vector<int> next(places + 1, 0);
     for (const int i : met) ++next[place_[i] + 1];
     for (int p = 0; p < places; ++p) next[p + 1] += next[p];

@@ -23,36 +23,79 @@ constexpr float most_log_ratio = 8;
 constexpr double least_progress = 0.05, near_tolerance = 10;
 constexpr std::size_t recent = 10;
 
+/// What comes over from other processes is carried on while it is more than this share of what rows miss on average,
+/// and no more often than that: what is left then is missed in the next sweep.
+constexpr double least_carried = 0.01;
+constexpr int most_crossings = 30;
+
 }  // namespace
 
-HeatSweep::HeatSweep(const SparseMatrix& A, std::vector<int> met, std::vector<char> fixed, Vector& log_u)
+HeatSweep::HeatSweep(const SparseMatrix& A, std::vector<int> met, std::vector<char> fixed, Vector& log_u,
+                     const SharedUnknowns& shared)
     : A_(A),
+      shared_(shared),
       met_(std::move(met)),
       fixed_(std::move(fixed)),
       log_u_(log_u),
       shares_(std::size_t(A.nonZeros())),
-      delta_(std::size_t(A.rows())) {
+      delta_(Vector::Zero(A.rows())) {
   std::sort(met_.begin(), met_.end());
+  shared_.fill_halo(log_u_);
+  beside_ = shared_.halo();
+  std::erase_if(beside_, [&](int i) { return !std::isfinite(log_u_[i]); });
 }
 
 double HeatSweep::find_misses(double most) {
-  falling_.sort(met_, log_u_);
+  FallingOrder::Range range = FallingOrder::range(met_, log_u_);
+  double ends[] = {range.high, -range.low};
+  shared_.largest(ends);
+  falling_.sort(met_, beside_, log_u_, {ends[0], -ends[1]});
   parallel_for(std::ssize(met_), [&](std::int64_t k) { find_miss(met_[k]); });
   const double missed = parallel_sum(std::ssize(met_), 0.0, [&](auto begin, auto end) {
     double sum = 0;
     for (auto k = begin; k < end; ++k) sum += std::min(most, std::abs(delta_[met_[k]]));
     return sum;
   });
-  return missed / double(met_.size());
+  double sums[] = {missed, double(met_.size())};
+  shared_.sum(sums);
+  return missed_ = sums[0] / sums[1];
 }
 
-void HeatSweep::carry() {
+void HeatSweep::carry_own() {
   const int *begin = A_.outerIndexPtr(), *columns = A_.innerIndexPtr();
   for (const int i : falling_.order())
     for (int e = begin[i]; e < begin[i + 1]; ++e)
       if (shares_[e] > 0) delta_[i] += shares_[e] * delta_[columns[e]];
+}
+
+/// What is carried is linear in what is missed: of each change that comes over, the change that it makes is added.
+void HeatSweep::carry_of_others() {
+  Vector all = delta_, heard(delta_.size());
+  Vector known = Vector::Zero(delta_.size());
+  for (int crossing = 0; crossing < most_crossings; ++crossing) {
+    heard = all;
+    shared_.fill_halo(heard);
+    delta_.setZero();
+    double largest = 0;
+    for (const int i : beside_) {
+      delta_[i] = heard[i] - known[i];
+      known[i] = heard[i];
+      largest = std::max(largest, std::abs(delta_[i]));
+    }
+    if (shared_.largest(largest) <= least_carried * missed_) break;
+    carry_own();
+    for (const int i : met_) all[i] += delta_[i];
+  }
+  delta_ = std::move(all);
+}
+
+void HeatSweep::carry() {
+  for (const int i : beside_) delta_[i] = 0;
+  carry_own();
+  if (!shared_.is_alone()) carry_of_others();
   parallel_for(std::ssize(met_),
                [&](std::int64_t k) { log_u_[met_[k]] += damping * delta_[met_[k]]; });
+  shared_.fill_halo(log_u_);
 }
 
 void HeatSweep::find_miss(int i) {

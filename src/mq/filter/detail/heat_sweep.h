@@ -5,6 +5,7 @@
 
 #include "mq/base/infinity.h"
 #include "mq/filter/detail/falling_order.h"
+#include "mq/filter/shared_unknowns.h"
 #include "mq/linear/matrix.h"
 
 namespace mq {
@@ -15,8 +16,10 @@ class HeatSweep {
   /// tolerances.
   static constexpr double most_tolerances = 100;
 
-  /// Of the unknowns `met`; A and `log_u` must outlive the object.
-  HeatSweep(const SparseMatrix& A, std::vector<int> met, std::vector<char> fixed, Vector& log_u);
+  /// Of the own unknowns `met`; A, `log_u` and `shared` must outlive the object. Of several processes each keeps the
+  /// order of them all, and carries on what others carried until hardly anything comes over any more.
+  HeatSweep(const SparseMatrix& A, std::vector<int> met, std::vector<char> fixed, Vector& log_u,
+            const SharedUnknowns& shared = SharedUnknowns::alone());
 
   /// c_i, and in what shares nearer neighbours carry theirs. Returns the mean of |c_i|, each at most `most`.
   double find_misses(double most);
@@ -26,13 +29,17 @@ class HeatSweep {
 
  private:
   void find_miss(int i);
+  void carry_own();
+  void carry_of_others();
 
   const SparseMatrix& A_;
-  std::vector<int> met_;  ///< what is swept, ascending
+  const SharedUnknowns& shared_;
+  std::vector<int> met_, beside_;  ///< what is swept, ascending; those of others beside
   std::vector<char> fixed_;
   Vector& log_u_;
   std::vector<float> shares_;  ///< per entry of A
-  std::vector<double> delta_;
+  Vector delta_;
+  double missed_ = 0;
   FallingOrder falling_;
 };
 

@@ -1,16 +1,17 @@
-#include "mq/filter/detail/geodesic_steps.h"
+#include "mq/filter/geodesic_steps.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <set>
 
 #include "mq/base/error.h"
+#include "mq/base/infinity.h"
 #include "mq/filter/fast_sweeping.h"
+#include "mq/filter/heat_sweeps.h"
 #include "mq/linear/dense.h"
 
 namespace mq {
@@ -39,6 +40,8 @@ class SourceDiscs {
     return all;
   }
 
+  double reach(int unknown) const { return radius_ * std::max(spacing_, spacing_around(unknown)); }
+
  private:
   void add(int unknown, double distance) {
     const auto [at, is_new] = distance_.try_emplace(unknown, distance);
@@ -49,7 +52,7 @@ class SourceDiscs {
   /// straight one; nothing where they do not lie near a plane.
   void grow(const GeodesicSource& source) {
     const Vector3 centre = *source.from;
-    const double radius = radius_ * std::max(spacing_, spacing_around(source.unknown));
+    const double radius = reach(source.unknown);
     const auto straight = [&](int i) { return (positions_[std::size_t(i)] - centre).norm(); };
     std::map<int, double> along = {{source.unknown, straight(source.unknown)}};
     std::set<std::pair<double, int>> queue = {{along.begin()->second, source.unknown}};
@@ -108,16 +111,15 @@ class SourceDiscs {
 /// the means of w and of first distances in steps of w; it turns no gradient.
 class EvenSlope {
  public:
-  EvenSlope(const Signal& w, const Vector& first, const std::vector<char>& left_out, double step) {
-    struct Mean {
-      double w = 0, first = 0, count = 0;
-    };
+  EvenSlope(const Signal& w, const Vector& first, const std::vector<char>& left_out, double step,
+            const SharedUnknowns& shared) {
     std::map<std::int64_t, Mean> means;
     for (Eigen::Index i = 0; i < w.rows(); ++i) {
-      if (left_out[std::size_t(i)] || !std::isfinite(first[i])) continue;
+      if (left_out[std::size_t(i)] || !std::isfinite(first[i]) || !shared.is_own(i)) continue;
       Mean& mean = means[std::int64_t(std::floor(w(i, 0) / step))];
       mean.w += w(i, 0), mean.first += first[i], mean.count += 1;
     }
+    if (!shared.is_alone()) means = sums_of_all(means, shared);
     for (const auto& [k, mean] : means) {
       const double v = mean.first / mean.count;
       if (nodes_.empty() || v > nodes_.back().second) nodes_.emplace_back(mean.w / mean.count, v);
@@ -135,18 +137,51 @@ class EvenSlope {
   }
 
  private:
+  struct Mean {
+    double w = 0, first = 0, count = 0;
+  };
+
+  /// Steps that any process has, from the lowest to the highest.
+  static std::map<std::int64_t, Mean> sums_of_all(const std::map<std::int64_t, Mean>& own,
+                                                  const SharedUnknowns& shared) {
+    double ends[] = {-infinity, -infinity};
+    if (!own.empty()) ends[0] = -double(own.begin()->first), ends[1] = double(own.rbegin()->first);
+    shared.largest(ends);
+    if (!std::isfinite(ends[0])) return {};
+    const auto first = std::int64_t(-ends[0]);
+    std::vector<double> sums(3 * std::size_t(std::int64_t(ends[1]) - first + 1), 0);
+    for (const auto& [k, mean] : own) {
+      double* const at = sums.data() + 3 * (k - first);
+      at[0] = mean.w, at[1] = mean.first, at[2] = mean.count;
+    }
+    shared.sum(sums);
+    std::map<std::int64_t, Mean> all;
+    for (std::size_t k = 0; 3 * k < sums.size(); ++k)
+      if (sums[3 * k + 2] > 0) all[first + std::int64_t(k)] = {sums[3 * k], sums[3 * k + 1], sums[3 * k + 2]};
+    return all;
+  }
+
   std::vector<std::pair<double, double>> nodes_;
 };
 
 /// Which unknowns are so few couplings away from these.
-std::vector<char> within_rings(const SparseMatrix& A, std::vector<int> ring, int rings) {
+std::vector<char> within_rings(const SparseMatrix& A, std::vector<int> ring, int rings, const SharedUnknowns& shared) {
   std::vector<char> near(std::size_t(A.rows()), 0);
-  for (const int i : ring) near[std::size_t(i)] = 1;
-  for (int k = 0; k < rings && !ring.empty(); ++k) {
+  for (const int i : ring)
+    if (shared.is_own(i)) near[std::size_t(i)] = 1;
+  const std::vector<int> halo = shared.halo();
+  for (int k = 0; k < rings; ++k) {
+    if (!shared.is_alone()) {
+      const std::vector<char> before = near;
+      shared.fill_halo(near);
+      for (const int i : halo)
+        if (near[std::size_t(i)] && !before[std::size_t(i)]) ring.push_back(i);
+    }
+    if (!(shared.largest(double(ring.size())) > 0)) break;
     std::vector<int> farther;
     for (const int i : ring)
       for (SparseMatrix::InnerIterator it(A, i); it; ++it) {
-        if (it.value() == 0 || near[std::size_t(it.col())]) continue;
+        if (it.value() == 0 || near[std::size_t(it.col())] || !shared.is_own(it.col())) continue;
         near[std::size_t(it.col())] = 1;
         farther.push_back(int(it.col()));
       }
@@ -186,6 +221,11 @@ std::vector<GeodesicSource> grown_sources(const SparseMatrix& A, std::span<const
   return SourceDiscs(A, positions, spacing, radius).grown(sources);
 }
 
+double disc_radius(const SparseMatrix& A, std::span<const Vector3> positions, double spacing, int unknown,
+                   double radius) {
+  return SourceDiscs(A, positions, spacing, radius).reach(unknown);
+}
+
 std::vector<float> gradient_lengths(const SignalSpace& space, const Signal& w) {
   std::vector<float> lengths = space.gradient_norms(w);
   for (float& length : lengths) length = std::max(length, least_gradient);
@@ -193,42 +233,85 @@ std::vector<float> gradient_lengths(const SignalSpace& space, const Signal& w) {
 }
 
 void continue_to_boundary(const GeodesicDomain& domain, const std::vector<GeodesicSource>& sources,
-                          const Vector& first, Signal& w, const Progress& progress) {
+                          const Vector& first, Signal& w, const Progress& progress, const SharedUnknowns& shared) {
   std::vector<char> near =
       within_rings(domain.heat, {domain.boundary.begin(), domain.boundary.end()},
-                   int(std::ceil(boundary_lengths * domain.length / mean_spacing(domain.space))));
+                   int(std::ceil(boundary_lengths * domain.length / domain.spacing)), shared);
   for (const GeodesicSource& s : sources) near[std::size_t(s.unknown)] = 0;
-  const EvenSlope even(w, first, near, 2 * domain.length);
+  const EvenSlope even(w, first, near, 2 * domain.length, shared);
   std::vector<std::pair<int, double>> inside;
   for (Eigen::Index i = 0; i < w.rows(); ++i) {
-    if (!std::isfinite(first[i])) continue;
+    if (!std::isfinite(first[i]) || !shared.is_own(i)) continue;
     w(i, 0) = even(w(i, 0));
     if (!near[std::size_t(i)]) inside.emplace_back(int(i), w(i, 0));
   }
-  const Vector front = fast_sweeping_distances(domain.heat, domain.positions, inside, progress);
+  const Vector front = fast_sweeping_distances(domain.heat, domain.positions, inside, shared, progress);
   for (Eigen::Index i = 0; i < w.rows(); ++i)
-    if (near[std::size_t(i)] && std::isfinite(front[i])) w(i, 0) = front[i];
+    if (shared.is_own(i) && near[std::size_t(i)] && std::isfinite(front[i])) w(i, 0) = front[i];
 }
 
-int meet_sources(const std::vector<GeodesicSource>& sources, std::span<const int> component,
-                 Vector& distance) {
-  std::vector<double> sum(component.size(), 0), count(component.size(), 0);
+HeatDistances heat_distances(const GeodesicDomain& domain, const std::vector<GeodesicSource>& sources,
+                             const GeodesicOptions& options, const Progress& progress, const SharedUnknowns& shared) {
+  std::vector<std::pair<int, double>> fixed, begin;
   for (const GeodesicSource& s : sources) {
-    sum[component[s.unknown]] += distance[s.unknown] - s.distance;
-    count[component[s.unknown]] += 1;
+    fixed.emplace_back(s.unknown, -s.distance / domain.length);
+    begin.emplace_back(s.unknown, s.distance);
   }
+  const Vector guess = fast_sweeping_distances(domain.heat, domain.positions, begin, shared,
+                                               progress.step("front", 0.6)) /
+                       -domain.length;
+  HeatSweeps heat = sweep_heat(domain.heat, fixed, {options.tolerance, options.max_sweeps}, guess, shared,
+                               progress.step("spread heat", 0.3));
+  HeatDistances found{.w = Signal(heat.log_u.size(), 1), .sweeps = heat.sweeps, .change = heat.change};
+  Signal& w = found.w;
+  for (Eigen::Index i = 0; i < w.rows(); ++i)
+    w(i, 0) = std::isfinite(heat.log_u[i]) ? -domain.length * heat.log_u[i] : 0;
+  heat.log_u = Vector();
+  if (shared.largest(double(domain.boundary.size())) > 0)
+    continue_to_boundary(domain, sources, -domain.length * guess, w, progress.step("boundary", 0.1), shared);
+  if (shared.is_alone()) return found;
+  Vector values = w.col(0);
+  shared.fill_halo(values);
+  w.col(0) = values;
+  return found;
+}
+
+Signal unit_gradient_moments(const SignalSpace& space, const Signal& w) {
+  std::vector<float> factor = gradient_lengths(space, w);
+  for (float& f : factor) f = 1 / f;
+  return space.weighted_stiffness_times(w, factor);
+}
+
+Signal missed_at_sources(const std::vector<GeodesicSource>& sources, std::span<const int> component, int components,
+                         const Vector& distance) {
+  Signal missed = Signal::Zero(components, 2);
+  for (const GeodesicSource& s : sources) {
+    missed(component[s.unknown], 0) += distance[s.unknown] - s.distance;
+    missed(component[s.unknown], 1) += 1;
+  }
+  return missed;
+}
+
+int meet_sources(const std::vector<GeodesicSource>& sources, std::span<const int> component, const Signal& missed,
+                 Vector& distance) {
   int unreached = 0;
   for (Eigen::Index i = 0; i < distance.size(); ++i) {
     const int c = component[i];
-    if (count[c] > 0) {
-      distance[i] = std::max(0.0, distance[i] - sum[c] / count[c]);
+    if (missed(c, 1) > 0) {
+      distance[i] = std::max(0.0, distance[i] - missed(c, 0) / missed(c, 1));
     } else {
-      distance[i] = std::numeric_limits<double>::infinity();
+      distance[i] = infinity;
       ++unreached;
     }
   }
   for (const GeodesicSource& s : sources) distance[s.unknown] = s.distance;
   return unreached;
+}
+
+int meet_sources(const std::vector<GeodesicSource>& sources, std::span<const int> component,
+                 Vector& distance) {
+  const int components = component.empty() ? 0 : 1 + *std::ranges::max_element(component);
+  return meet_sources(sources, component, missed_at_sources(sources, component, components, distance), distance);
 }
 
 }  // namespace mq
