@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -16,9 +17,13 @@ namespace {
 
 constexpr int width = 200, height = 160;
 
+/// Detail that is stronger here and weaker there, as photographs have it.
 Image<float> scene(double way, std::uint64_t seed) {
   const Waves waves(4, 60, seed, 80);
-  return drawn(width, height, [&](double x, double y) { return std::sqrt(2.0) * waves(x - way, y); });
+  return drawn(width, height, [&](double x, double y) {
+    const double strength = 0.5 + 0.5 * std::sin((x - way) / 12) * std::sin(y / 12);
+    return 1.5 * std::max(0.02, strength * strength) * waves(x - way, y);
+  });
 }
 
 DetailMatch match_of(const Image<float>& source, const Image<float>& target, const Motion& motion) {
@@ -34,7 +39,7 @@ TEST(DetailMatch, IsAllAlongTheMotionItself) {
 }
 
 TEST(DetailMatch, IsLittleOfDifferentThings) {
-  EXPECT_LT(match_of(scene(0, 3), scene(6, 4), right_by_six).alike, 0.1);
+  EXPECT_LT(match_of(scene(0, 3), scene(6, 4), right_by_six).alike, 0.2);
   EXPECT_LT(match_of(scene(0, 3), scene(6, 3), [](double, double) { return std::array{-9.0, 5.0}; }).alike, 0.2);
 }
 
@@ -47,7 +52,7 @@ TEST(DetailMatch, IsOfWhatHasDetailAndIsSeen) {
   std::vector<char> seen(width * height, 1);
   for (int y = 0; y < height; ++y)
     for (int x = width / 2; x < width; ++x) half(x, y) = other(x, y), seen[std::size_t(y * width + x)] = 0;
-  EXPECT_GT(detail_match({scene(0, 3), half}, field_of(width, height, right_by_six), seen).alike, 0.9);
+  EXPECT_GT(detail_match({scene(0, 3), half}, field_of(width, height, right_by_six), seen).alike, 0.85);
 }
 
 TEST(DetailMatch, KnowsABendFromATurn) {
@@ -64,7 +69,7 @@ TEST(ImageFlow, BlendsMirrorImages) {
   const Image<float> target = drawn(width, height, [&](double x, double y) { return source(width - 1 - int(x), int(y)); });
   const ImageFlow flow = image_flow(source, target);
   ASSERT_TRUE(flow.fit);
-  EXPECT_LT(flow.fit->alike, 0.4);
+  EXPECT_LT(flow.fit->alike, 0.35);
   EXPECT_GT(flow.fit->bend, 0.3);
   EXPECT_TRUE(flow.fit->unrelated);
   const Image<float> between = interpolated(flow, source, target, 0.5);

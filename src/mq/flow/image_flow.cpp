@@ -47,12 +47,12 @@ constexpr double most_of_misfit = 2.0 / 3;
 /// 0.35 on.
 constexpr double unrelated_unfit = 0.15, unrelated_error = 0.3;
 
-/// Of `DetailMatch`, from where on they do so as well: mirrored and different photographs have at most 0.36 alike and a
-/// bend of 0.4 and more, things turned by 25 degrees that are still seen 0.45 and more, noise bends nothing.
-constexpr double unrelated_alike = 0.4, unrelated_bend = 0.3;
+/// Of `DetailMatch`, from where on they do so as well: mirrored and different photographs have at most 0.3 alike and a
+/// bend of 0.4 and more, things turned by 25 degrees that are still found 0.6 and more.
+constexpr double unrelated_alike = 0.35, unrelated_bend = 0.3;
 
 /// And from where on parts may be mangled: a head turned by 14 degrees has 0.83 alike and a bend of 0.23, by 10 degrees
-/// 0.93 and 0.16, a picture under strong noise 0.77 and 0.03.
+/// 0.93 and 0.16.
 constexpr double strained_alike = 0.9, strained_bend = 0.15;
 
 /// Of all pixels, that nothing fits, or of the blend's error, that is left, from where on light may have changed.

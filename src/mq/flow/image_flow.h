@@ -91,7 +91,7 @@ struct ImageFlow {
     /// The share of pixels with detail whose detail is alike along X, and how X bends, as `DetailMatch` (detail_match.h).
     double alike = 1, bend = 0;
     /// Whether the two seem to show different things: nothing fits more than 15 % of the pixels, and along X more than
-    /// 30 % of what they differ in is left; or less than 40 % of detail is alike along an X that bends by more than 0.3.
+    /// 30 % of what they differ in is left; or less than 35 % of detail is alike along an X that bends by more than 0.3.
     /// Pictures between are the blend then.
     bool unrelated = false;
     /// Whether parts of pictures between may be mangled, as those of a thing that turns: less than 90 % of detail is alike,

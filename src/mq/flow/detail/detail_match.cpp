@@ -17,6 +17,10 @@ constexpr double detail_length = 0.01, compared_length = 0.012;
 /// In deviations of the signals, whose variance is 1.
 constexpr float least_detail = 0.05F;
 
+/// A tenth of all pixels is flat: what detail they have may be noise, and detail is so many times as much variance.
+constexpr double flat_part = 0.1;
+constexpr float times_flat = 3;
+
 /// Correlation of what is alike.
 constexpr float least_correlation = 0.5F;
 
@@ -55,10 +59,19 @@ Image<float> mean_products(const Image<float>& first, const Image<float>& second
   return smoothed_by(products, compared_length);
 }
 
-float median(std::vector<float> values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+/// The value that such a part of all does not surpass.
+float quantile(std::vector<float> values, double part) {
+  const auto at = values.begin() + std::ptrdiff_t(double(values.size()) * part);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// a² + b² of the flattest pixels that are seen.
+float flat_variance(const Image<float>& products, const std::vector<char>& seen) {
+  std::vector<float> sums;
+  for (std::size_t p = 0; p < seen.size(); ++p)
+    if (seen[p]) sums.push_back(products.values()[3 * p] + products.values()[3 * p + 1]);
+  return sums.empty() ? 0 : quantile(std::move(sums), flat_part);
 }
 
 /// ∂X₁/∂x, ∂X₁/∂y, ∂X₂/∂x, ∂X₂/∂y of all pixels, one after another.
@@ -78,10 +91,10 @@ double bend_of(const Image<float>& X) {
   const std::array<std::vector<float>, 4> slopes = slopes_of(smoothed_by(X, detail_length));
   std::vector<float> squares(slopes[0].size());
   for (const std::vector<float>& of_one : slopes) {
-    const float usual = median(of_one);
+    const float usual = quantile(of_one, 0.5);
     for (std::size_t i = 0; i < squares.size(); ++i) squares[i] += (of_one[i] - usual) * (of_one[i] - usual);
   }
-  return std::sqrt(double(median(std::move(squares))));
+  return std::sqrt(double(quantile(std::move(squares), 0.5)));
 }
 
 }  // namespace
@@ -92,10 +105,11 @@ DetailMatch detail_match(const SignalPair& signals, const Image<float>& X, const
   const FieldWays ways = ways_along(X, 0.5, FlowPath::straight);
   const Image<float> products =
       mean_products(detail_along(signals.source, ways.back), detail_along(signals.target, ways.forth));
+  const float least = std::max(2 * least_detail * least_detail, times_flat * flat_variance(products, seen));
   std::int64_t told = 0, alike = 0;
   for (std::size_t p = 0; p < seen.size(); ++p) {
     const float *of = &products.values()[3 * p], a = of[0], b = of[1], both = of[2];
-    if (!seen[p] || a + b < 2 * least_detail * least_detail) continue;
+    if (!seen[p] || a + b < least) continue;
     ++told;
     if (both > least_correlation * std::sqrt(a * b)) ++alike;
   }
