@@ -140,6 +140,7 @@ std::size_t Scratch::place_for(std::size_t size, std::size_t alignment) {
 }
 
 void* Scratch::take(std::size_t size, std::size_t alignment) {
+  if (size > addresses || alignment > addresses) return nullptr;
   wait_for_room();
   const std::size_t bytes = whole_pages(size);
   std::size_t at = 0;
