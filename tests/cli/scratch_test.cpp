@@ -18,9 +18,13 @@ bool there_is_no_scratch(const Result& result) { return result.error.find("libma
 /// Whether the folder of tests is one that --scratch refuses.
 bool is_in_memory(const Result& result) { return result.error.find("lies in memory itself") != std::string::npos; }
 
-#define SKIP_WITHOUT_SCRATCH(result)                                                  \
-  if (there_is_no_scratch(result)) GTEST_SKIP() << "no libmarquetry_scratch.so here"; \
-  if (is_in_memory(result)) GTEST_SKIP() << "folders of tests lie in memory"
+/// Whether its file system cannot have the file.
+bool is_without_files(const Result& result) { return result.error.find("cannot have the file") != std::string::npos; }
+
+#define SKIP_WITHOUT_SCRATCH(result)                                                     \
+  if (there_is_no_scratch(result)) GTEST_SKIP() << "no libmarquetry_scratch.so here";    \
+  if (is_in_memory(result)) GTEST_SKIP() << "folders of tests lie in memory";            \
+  if (is_without_files(result)) GTEST_SKIP() << "no disk can be reserved where they lie"
 
 TEST(Scratch, GivesTheSamePictureInLessMemory) {
   const Folder folder;
