@@ -67,13 +67,9 @@ Signal slightly_smoothed(const Noisy& noisy, double weight) {
   noisy.processes.talking([&] {
     const SharedMatrix matrix(A, noisy.processes, noisy.part, noisy.numbering);
     A = {};
-    const SharedSystem shared{
-        .multiply = [&](const Signal& of, Signal& product) { matrix.multiply(of, product); },
-        .sum = [&](std::span<double> values) { noisy.processes.sum(values); },
-        .largest = [&](std::span<double> values) { noisy.processes.largest(values); }};
     if (noisy.processes.largest(B.size() > 0 ? B.cwiseAbs().maxCoeff() : 0) == 0) return;
     conjugate_gradients(
-        shared, B, change,
+        shared_system(matrix, noisy.processes), B, change,
         [&](const Signal& R, Signal& Z) { Z = R.array().colwise() / diagonal.array(); }, denoising::first_stop());
   });
   return changed(noisy, change);
@@ -81,20 +77,11 @@ Signal slightly_smoothed(const Noisy& noisy, double weight) {
 
 /// The norm of the gradient of every own element that holds some of the surface.
 std::vector<float> own_gradients(const TexelPart& part, const Signal& smoothed) {
-  const TexelSpace& space = part.space();
-  std::vector<float> norms = space.gradient_norms(smoothed);
-  const std::vector<Vector3> positions = space.positions();
-  Signal places(space.size(), 3);
-  for (int i = 0; i < space.size(); ++i)
-    places.row(i) = (positions[std::size_t(i)] - positions.front()).transpose();
-  const std::vector<float> everywhere = space.gradient_norms(places);
-  const std::vector<int> first = space.first_texels();
+  const std::vector<int> first = part.space().first_texels();
   const int self = part.owner()[std::size_t(part.own().front())];
-  std::size_t count = 0;
-  for (std::size_t e = 0; e < norms.size(); ++e)
-    if (everywhere[e] > 0 && part.owner()[std::size_t(first[e])] == self) norms[count++] = norms[e];
-  norms.resize(count);
-  return norms;
+  std::vector<char> own(first.size(), 0);
+  for (std::size_t e = 0; e < first.size(); ++e) own[e] = first[e] >= 0 && part.owner()[std::size_t(first[e])] == self;
+  return denoising::surface_gradients(part.space(), smoothed, own);
 }
 
 /// The value of this rank, from 0, among those of all processes, none below 0: by halves, as bits of such numbers are in

@@ -83,11 +83,7 @@ Signal SharedEquation::solve(const Signal& B) {
   }
   const Step step(run_, "solve", 0.3);
   processes_.talking([&] {
-    const SharedSystem shared{
-        .multiply = [&](const Signal& of, Signal& product) { matrix_->multiply(of, product); },
-        .sum = [&](std::span<double> values) { processes_.sum(values); },
-        .largest = [&](std::span<double> values) { processes_.largest(values); }};
-    report = conjugate_gradients(shared, B, X,
+    report = conjugate_gradients(shared_system(*matrix_, processes_), B, X,
                                  [&](const Signal& R, Signal& Z) { preconditioner->apply(R, Z); },
                                  {.tolerance = stop.tolerance,
                                   .max_cycles = stop.max_cycles.value_or(usual_cycles),

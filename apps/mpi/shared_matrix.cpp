@@ -102,4 +102,10 @@ void SharedMatrix::multiply(const Signal& X, Signal& AX) const {
   if (other_block_) multiply_block(other_block_, of_others, Product::add, AX);
 }
 
+SharedSystem shared_system(const SharedMatrix& matrix, const Processes& processes) {
+  return {.multiply = [&](const Signal& of, Signal& product) { matrix.multiply(of, product); },
+          .sum = [&](std::span<double> values) { processes.sum(values); },
+          .largest = [&](std::span<double> values) { processes.largest(values); }};
+}
+
 }  // namespace mq::shared

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "mq/linear/conjugate_gradients.h"
 #include "mq/linear/matrix.h"
 #include "halo.h"
 #include "petsc.h"
@@ -43,5 +44,8 @@ class SharedMatrix {
   OwnedVec x_, y_;
   std::int64_t rows_ = 0;
 };
+
+/// What conjugate gradients ask of the matrix and of all processes; both must outlive it.
+SharedSystem shared_system(const SharedMatrix& matrix, const Processes& processes);
 
 }  // namespace mq::shared

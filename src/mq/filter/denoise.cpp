@@ -78,6 +78,21 @@ double first_weight(double weight, double spacing) { return std::min(weight, std
 
 ConjugateGradientOptions first_stop() { return {.tolerance = 1e-2, .max_cycles = 60}; }
 
+std::vector<float> surface_gradients(const SignalSpace& space, const Signal& smoothed, std::span<const char> counts) {
+  std::vector<float> norms = space.gradient_norms(smoothed);
+  // Positions change everywhere but in cells of a texture that no chart reaches.
+  const std::vector<Vector3> positions = space.positions();
+  Signal places(space.size(), 3);
+  for (int i = 0; i < space.size(); ++i)
+    places.row(i) = (positions[std::size_t(i)] - positions.front()).transpose();
+  const std::vector<float> everywhere = space.gradient_norms(places);
+  std::size_t count = 0;
+  for (std::size_t e = 0; e < norms.size(); ++e)
+    if (everywhere[e] > 0 && (counts.empty() || counts[e])) norms[count++] = norms[e];
+  norms.resize(count);
+  return norms;
+}
+
 double edge_from(float quartile, float largest, double spacing) {
   return quartile <= no_noise * largest ? 0 : spacing * double(quartile);
 }
@@ -98,17 +113,7 @@ double usual_denoise_weight(const SignalSpace& space) {
 }
 
 double measured_edge(const SignalSpace& space, const Signal& smoothed) {
-  std::vector<float> norms = space.gradient_norms(smoothed);
-  // Positions change everywhere but in cells of a texture that no chart reaches.
-  const std::vector<Vector3> positions = space.positions();
-  Signal places(space.size(), 3);
-  for (int i = 0; i < space.size(); ++i)
-    places.row(i) = (positions[std::size_t(i)] - positions.front()).transpose();
-  const std::vector<float> everywhere = space.gradient_norms(places);
-  std::size_t count = 0;
-  for (std::size_t e = 0; e < norms.size(); ++e)
-    if (everywhere[e] > 0) norms[count++] = norms[e];
-  norms.resize(count);
+  std::vector<float> norms = denoising::surface_gradients(space, smoothed);
   if (norms.empty()) return 0;
   const float largest = *std::ranges::max_element(norms);
   const auto quartile = norms.begin() + std::ptrdiff_t(norms.size() / 4);

@@ -62,6 +62,9 @@ double first_weight(double weight, double spacing);
 /// are much stretched it stops before that, with noise of a few texels gone.
 ConjugateGradientOptions first_stop();
 
+/// The norms of the gradients of those elements that hold some of the surface and that `counts` is 1 for (empty: all).
+std::vector<float> surface_gradients(const SignalSpace& space, const Signal& smoothed, std::span<const char> counts = {});
+
 /// `measured_edge` where the norms of the gradients have this quartile and largest value.
 double edge_from(float quartile, float largest, double spacing);
 
