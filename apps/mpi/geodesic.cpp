@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "components.h"
@@ -50,18 +49,6 @@ void require_known(const OptionValues& options) {
           "--solver multigrid: does not solve for distances yet, as constants are nearly free there: leave it out, or "
           "give boomeramg or gamg");
   require(!options.flag("vertices"), "--vertices: " + not_yet("geodesic"));
-}
-
-SharedUnknowns shared_unknowns(const Processes& processes, const TexelPart& part, const Numbering& numbering) {
-  std::vector<char> own(part.places().size(), 0);
-  for (const int i : part.own()) own[std::size_t(i)] = 1;
-  const auto fill = [&](std::span<double> values) {
-    numbering.fill_halo(values, 1);
-    for (std::size_t i = 0; i < values.size(); ++i)
-      if (numbering.numbers()[i] < 0) values[i] = std::numeric_limits<double>::quiet_NaN();
-  };
-  return {std::move(own), fill, [&](std::span<double> values) { processes.sum(values); },
-          [&](std::span<double> values) { processes.largest(values); }};
 }
 
 /// Those of the halo as their owners have them.

@@ -1,6 +1,7 @@
 #include "numbering.h"
 
 #include <algorithm>
+#include <limits>
 #include <tuple>
 
 namespace mq::shared {
@@ -68,6 +69,18 @@ void Numbering::fill_halo(std::span<double> values, int channels) const {
     auto from = received[p].begin();
     for (const int i : asked_[p]) from = std::ranges::copy_n(from, channels, row(i).begin()).in;
   }
+}
+
+SharedUnknowns shared_unknowns(const Processes& processes, const TexelPart& part, const Numbering& numbering) {
+  std::vector<char> own(part.places().size(), 0);
+  for (const int i : part.own()) own[std::size_t(i)] = 1;
+  const auto fill = [&](std::span<double> values) {
+    numbering.fill_halo(values, 1);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (numbering.numbers()[i] < 0) values[i] = std::numeric_limits<double>::quiet_NaN();
+  };
+  return {std::move(own), fill, [&](std::span<double> values) { processes.sum(values); },
+          [&](std::span<double> values) { processes.largest(values); }};
 }
 
 }  // namespace mq::shared

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mq/fem/texel_part.h"
+#include "mq/filter/shared_unknowns.h"
 #include "processes.h"
 
 namespace mq::shared {
@@ -41,5 +42,8 @@ class Numbering {
   std::vector<std::int64_t> numbers_;
   std::vector<std::vector<int>> asked_, answered_;  ///< per process unknowns of ours: of the halo, and own ones
 };
+
+/// The unknowns of a part for algorithms of the library. All must outlive it.
+SharedUnknowns shared_unknowns(const Processes& processes, const TexelPart& part, const Numbering& numbering);
 
 }  // namespace mq::shared

@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <random>
 
 #include "filter/geodesic_squares.h"
 #include "mq/filter/fast_sweeping.h"
@@ -45,6 +48,35 @@ TEST(FrontDistances, AreExactForAPlaneFront) {
   const Vector w = fast_sweeping_distances(space.stiffness(), places_of(space), edge);
   for (int i = 0; i < space.size(); ++i)
     EXPECT_NEAR(w[i], 0.5 + space.texels().places[i].x / 64.0, 1e-6);
+}
+
+/// The distances end where nothing changes any more, whichever way unknowns are numbered, and swept by it.
+TEST(FrontDistances, DoNotDependOnTheOrder) {
+  for (const CutOptions& options : {four_charts(), fixtures::slanted()}) {
+    const auto model = fixtures::textured(fixtures::cut_square(options), {{96, 96}});
+    const TexelSpace space(model->surface, model->atlas);
+    const SparseMatrix S = space.stiffness();
+    const std::vector<Vector3> places = places_of(space);
+    const std::vector<int> sources = {nearest(space.texels(), {0.31, 0.42, 0}), nearest(space.texels(), {0.9, 0.8, 0})};
+    const Vector w = fast_sweeping_distances(S, places, {{sources[0], 0}, {sources[1], 0.05}});
+
+    std::vector<int> number(std::size_t(space.size()));
+    std::iota(number.begin(), number.end(), 0);
+    std::ranges::shuffle(number, std::mt19937(7));
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int i = 0; i < space.size(); ++i)
+      for (SparseMatrix::InnerIterator it(S, i); it; ++it)
+        entries.emplace_back(number[std::size_t(i)], number[std::size_t(it.col())], it.value());
+    SparseMatrix shuffled(space.size(), space.size());
+    shuffled.setFromTriplets(entries.begin(), entries.end());
+    std::vector<Vector3> there(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) there[std::size_t(number[i])] = places[i];
+    const Vector again = fast_sweeping_distances(
+        shuffled, there, {{number[std::size_t(sources[0])], 0}, {number[std::size_t(sources[1])], 0.05}});
+    double largest = 0;
+    for (int i = 0; i < space.size(); ++i) largest = std::max(largest, std::abs(again[number[std::size_t(i)]] - w[i]));
+    EXPECT_LE(largest, 1e-9);
+  }
 }
 
 /// How many of the unknowns differ by more than `far` from the factorisation's log u.

@@ -89,6 +89,62 @@ TEST(SharedFilter, SharpensTheBrightnessOfColours) {
   EXPECT_LT(difference(folder / "one/wall.1012.png", folder / "two/wall.1012.png"), 1.01 / 65535);
 }
 
+/// Picture by picture and in the report, as by the program; the words are those of both.
+void expect_the_pictures_of_the_program(const Folder& folder, Words words, const std::vector<std::string>& pictures,
+                                        const std::vector<int>& counts) {
+  words.insert(words.begin(), {"filter", "wall/wall.obj", "--depth", "16"});
+  const auto to = [&](const std::string& output, const std::string& tolerance) {
+    Words all = words;
+    all.insert(all.end(), {"-o", output, "--json", "--tolerance", tolerance});
+    return all;
+  };
+  const Result one = marquetry(folder, to("one/", "1e-9"));
+  ASSERT_EQ(one.status, 0) << one.error;
+  const auto expected = one.json()["result"];
+  for (const int processes : counts) {
+    const std::string output = "by_" + std::to_string(processes) + "/";
+    const Result result = mpirun(folder, processes, to(output, "1e-7"));
+    ASSERT_EQ(result.status, 0) << result.error;
+    for (const std::string& picture : pictures)
+      EXPECT_LT(difference(folder / "one" / picture, folder / output / picture), 1.01 / 65535) << picture;
+    const auto found = result.json()["result"];
+    EXPECT_EQ(found["halo"], expected["halo"]);
+    EXPECT_EQ(found["threshold"], expected["threshold"]);
+    EXPECT_EQ(found.contains("mask"), expected.contains("mask"));
+    if (expected.contains("mask"))
+      for (const char* key : {"mean", "share", "below_0"})
+        EXPECT_NEAR(found["mask"][key].get<double>(), expected["mask"][key].get<double>(), 1e-9) << key;
+  }
+}
+
+const std::vector<std::string> tiles = {"wall.1001.png", "wall.1002.png", "wall.1011.png", "wall.1012.png"};
+
+TEST(SharedFilter, SharpensWithoutHalos) {
+  const Folder folder;
+  make(folder, {"wall", "--tiles", "2", "--size", "96", "--misaligned", "-o", "wall/"});
+  expect_the_pictures_of_the_program(folder, {"--strength", "200%"}, tiles, {1, 3});
+  expect_the_pictures_of_the_program(folder, {"--beta", "3", "--length", "4tx", "--halo", "0.1", "--threshold", "0.05"},
+                                     tiles, {2});
+  EXPECT_GT(difference(folder / "wall/wall.1001.png", folder / "one/wall.1001.png"), 0.02);
+}
+
+TEST(SharedFilter, WorksWhereMasksAndSpotsSay) {
+  const Folder folder;
+  make(folder, {"wall", "--tiles", "2", "--size", "64", "--misaligned", "-o", "wall/"});
+  Words words{"--beta", "0"};
+  for (int k = 0; k < 4; ++k) {  // of other sizes than the textures, and smoothing less and less
+    Image<float> mask(20, 30, 1);
+    for (int y = 0; y < 30; ++y)
+      for (int x = 0; x < 20; ++x) mask(x, y) = float((x + 3 * y + 5 * k) % 20) / 20;
+    write_image(folder / ("mask_" + std::to_string(k) + ".png"), mask);
+    words.insert(words.end(), {"--mask", "mask_" + std::to_string(k) + ".png"});
+  }
+  expect_the_pictures_of_the_program(folder, words, tiles, {3});
+  expect_the_pictures_of_the_program(
+      folder, {"--beta", "0", "--spot", "0.5,0.5,0,20%", "--spot", "texel2,20,40,9tx,-0.5", "--spot", "texel,30,30,8tx"},
+      tiles, {1, 4});
+}
+
 TEST(SharedFilter, SaysOnceWhatIsWrongAndLeavesNothing) {
   const Folder folder;
   make(folder, {"wall", "--tiles", "2", "--size", "64", "-o", "wall/"});
@@ -105,8 +161,10 @@ TEST(SharedFilter, SaysOnceWhatIsWrongAndLeavesNothing) {
     EXPECT_EQ(result.error.find(message), last) << "said once: " << result.error;
     return result.error;
   };
-  EXPECT_THAT(refused({"--beta", "0", "-o", "out/", "--mask", "mask.png"}), HasSubstr("marquetry filter does"));
-  EXPECT_THAT(refused({"--beta", "2", "-o", "out/"}), HasSubstr("--halo inf"));
+  EXPECT_THAT(refused({"--beta", "0", "-o", "out/", "--geometry"}), HasSubstr("marquetry filter does"));
+  EXPECT_THAT(refused({"--beta", "0", "-o", "out/", "--mask", "wall/wall.obj"}), HasSubstr("is a model"));
+  EXPECT_THAT(refused({"--beta", "0", "-o", "out/", "--mask", "wall/wall.1001.png"}), HasSubstr("--mask"));
+  EXPECT_THAT(refused({"--beta", "0", "-o", "out/", "--spot", "texel,1000,2,5tx"}), HasSubstr("no chart of"));
   EXPECT_THAT(refused({"--beta", "0", "-o", "out/wall.obj"}), HasSubstr("name a folder"));
   EXPECT_THAT(refused({"-o", "out/"}), HasSubstr("--strength"));
   EXPECT_THAT(refused({"--beta", "0", "--alpha", "1", "-o", "out/"}), HasSubstr("marquetry filter"));

@@ -69,36 +69,6 @@ std::optional<AskedSpot> parse_spot(const std::string& text) {
   return spot;
 }
 
-Vector3 place_of_texel(const TexturedModel& scene, const ModelSignal& target, const AskedSpot& asked) {
-  require(target.texel_space() != nullptr,
-          "--spot texel: colours at vertices have no texels; give a place in space");
-  const Texels::Place texel{asked.texture, int(asked.x), int(asked.y)};
-  if (texel.x == asked.x && texel.y == asked.y)
-    for (const int i : target.unknowns_at(texel)) return target.texel_space()->texels().position(i);
-  throw InvalidInput(fmt::format(
-      "--spot texel{},{},{}: no chart of {} uses such a texel (x counts columns from the left, y "
-      "rows from the top, both from 0)",
-      asked.texture, asked.x, asked.y, scene.model.path.string()));
-}
-
-std::vector<Spot> asked_spots(const OptionValues& options, const TexturedModel& scene,
-                              const ModelSignal& target) {
-  std::vector<Spot> spots;
-  for (const std::string& text : options.texts("spot")) {
-    const AskedSpot asked = *parse_spot(text);
-    const SurfaceScale scale = target.space().scale();
-    require(asked.radius.unit != Length::Unit::texels || scale.texel_spacing > 0,
-            "--spot " + text +
-                ": colours at vertices have no texels; give the radius in model "
-                "units, such as 0.1, or as 1%");
-    spots.push_back({.center = asked.texture < 0 ? Vector3(asked.x, asked.y, asked.z)
-                                                 : place_of_texel(scene, target, asked),
-                     .radius = std::sqrt(weight_from_length(asked.radius, scale)),
-                     .strength = asked.strength});
-  }
-  return spots;
-}
-
 /// The model whose colours at vertices are the mask.
 Model colours_of_mask(const std::string& file) {
   ReadModelOptions skipping;
@@ -133,23 +103,9 @@ std::vector<double> picture_mask(Run& run, const std::vector<std::string>& files
                       "the mask as colours at its vertices");
   std::vector<Image<float>> pictures;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    pictures.push_back(read_texture(files[i]).pixels);
-    const Image<float>& picture = pictures.back();
-    const int colours = colour_channels(picture.channels());
-    std::int64_t beyond = 0;
-    for (int y = 0; y < picture.height(); ++y)
-      for (int x = 0; x < picture.width(); ++x)
-        beyond += std::ranges::any_of(picture.pixel(x, y).first(std::size_t(colours)),
-                                      [](float v) { return v < -1 || v > 1; });
-    if (beyond > 0)
-      run.terminal().remark(fmt::format(
-          "{}: {} of its {} pixels have values beyond -1 to 1, which count as -1 and 1", files[i],
-          beyond, picture.pixel_count()));
-    const TextureSize& size = scene.texture_sizes[i];
-    if (picture.width() != size.width || picture.height() != size.height)
-      run.terminal().remark(fmt::format("{}: is {} × {}, taken between its pixels for {} × {}",
-                                        files[i], picture.width(), picture.height(), size.width,
-                                        size.height));
+    MaskPicture mask = read_mask(files[i], scene.texture_sizes[i]);
+    for (const std::string& remark : mask.remarks) run.terminal().remark(remark);
+    pictures.push_back(std::move(mask.pixels));
   }
   return mask_of_pictures(target.texel_space()->texels(), scene.texture_sizes, pictures, -1);
 }
@@ -204,19 +160,73 @@ std::optional<std::vector<double>> asked_mask(Run& run, const TexturedModel& sce
     mask = picture_mask(run, files, scene, target);
   }
   const std::vector<Vector3> positions = target.space().positions();
-  for (const Spot& spot : asked_spots(options, scene, target))
-    if (add_spots(std::array{spot}, positions, mask) == 0)
-      run.terminal().warning(
-          fmt::format("--spot at {:.4g}, {:.4g}, {:.4g} changes nothing: no part of {} is within "
-                      "{:.4g} of it, or the mask is full there",
-                      spot.center.x(), spot.center.y(), spot.center.z(), scene.model.path.string(),
-                      spot.radius));
+  const auto place_of_texel = [&](const Texels::Place& texel) -> std::optional<Vector3> {
+    require(target.texel_space() != nullptr, "--spot texel: colours at vertices have no texels; give a place in space");
+    const auto unknowns = target.unknowns_at(texel);
+    if (unknowns.empty()) return {};
+    return target.texel_space()->texels().position(*unknowns.begin());
+  };
+  for (const Spot& spot : asked_spots(options, scene, target.space().scale(), place_of_texel))
+    if (add_spots(std::array{spot}, positions, mask) == 0) run.terminal().warning(spot_without_effect(spot, scene));
   const double count = double(std::max<std::size_t>(1, mask.size()));
-  run.result["mask"] = {
-      {"mean", std::accumulate(mask.begin(), mask.end(), 0.0) / count},
-      {"share", double(std::ranges::count_if(mask, [](double m) { return m != 0; })) / count},
-      {"below_0", double(std::ranges::count_if(mask, [](double m) { return m < 0; })) / count}};
+  run.result["mask"] = mask_json(std::accumulate(mask.begin(), mask.end(), 0.0) / count,
+                                 double(std::ranges::count_if(mask, [](double m) { return m != 0; })) / count,
+                                 double(std::ranges::count_if(mask, [](double m) { return m < 0; })) / count);
   return mask;
+}
+
+MaskPicture read_mask(const std::string& file, const TextureSize& size) {
+  MaskPicture mask{.pixels = read_texture(file).pixels, .remarks = {}};
+  const Image<float>& picture = mask.pixels;
+  const int colours = colour_channels(picture.channels());
+  std::int64_t beyond = 0;
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x)
+      beyond += std::ranges::any_of(picture.pixel(x, y).first(std::size_t(colours)),
+                                    [](float v) { return v < -1 || v > 1; });
+  if (beyond > 0)
+    mask.remarks.push_back(fmt::format("{}: {} of its {} pixels have values beyond -1 to 1, which count as -1 and 1",
+                                       file, beyond, picture.pixel_count()));
+  if (picture.width() != size.width || picture.height() != size.height)
+    mask.remarks.push_back(fmt::format("{}: is {} × {}, taken between its pixels for {} × {}", file, picture.width(),
+                                       picture.height(), size.width, size.height));
+  return mask;
+}
+
+std::vector<Spot> asked_spots(const OptionValues& options, const TexturedModel& scene, const SurfaceScale& scale,
+                              const PlaceOfTexel& place_of_texel) {
+  std::vector<Spot> spots;
+  for (const std::string& text : options.texts("spot")) {
+    const AskedSpot asked = *parse_spot(text);
+    require(asked.radius.unit != Length::Unit::texels || scale.texel_spacing > 0,
+            "--spot " + text +
+                ": colours at vertices have no texels; give the radius in model "
+                "units, such as 0.1, or as 1%");
+    std::optional<Vector3> centre = Vector3(asked.x, asked.y, asked.z);
+    if (asked.texture >= 0) {
+      const Texels::Place texel{asked.texture, int(asked.x), int(asked.y)};
+      const bool is_whole = texel.x == asked.x && texel.y == asked.y;
+      centre = place_of_texel(texel);
+      require(is_whole && centre.has_value(),
+              fmt::format("--spot texel{},{},{}: no chart of {} uses such a texel (x counts columns from the left, y "
+                          "rows from the top, both from 0)",
+                          asked.texture, asked.x, asked.y, scene.model.path.string()));
+    }
+    spots.push_back({.center = *centre,
+                     .radius = std::sqrt(weight_from_length(asked.radius, scale)),
+                     .strength = asked.strength});
+  }
+  return spots;
+}
+
+std::string spot_without_effect(const Spot& spot, const TexturedModel& scene) {
+  return fmt::format("--spot at {:.4g}, {:.4g}, {:.4g} changes nothing: no part of {} is within {:.4g} of it, or the "
+                     "mask is full there",
+                     spot.center.x(), spot.center.y(), spot.center.z(), scene.model.path.string(), spot.radius);
+}
+
+Json mask_json(double mean, double share, double below) {
+  return {{"mean", mean}, {"share", share}, {"below_0", below}};
 }
 
 }  // namespace mq::app

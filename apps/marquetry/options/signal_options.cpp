@@ -86,11 +86,10 @@ void add_halo_option(OptionTable& table, const std::string& group) {
                                     HaloOptions{}.fraction, HaloOptions{}.contrast / 2)});
 }
 
-double asked_halo(const OptionValues& options, const Model& model, const Signal& values) {
+double asked_halo(const OptionValues& options, const Model& model, double largest) {
   if (options.has("halo")) return options.number("halo");
   const ValueSpace in = value_space(options);
-  const bool is_light = in.space == ColourSpace::linear ||
-                        (in.space == ColourSpace::stored && values.size() > 0 && values.maxCoeff() > 1);
+  const bool is_light = in.space == ColourSpace::linear || (in.space == ColourSpace::stored && largest > 1);
   const bool is_normals = in.meaning == ValueSpace::Meaning::normals ||
                           (!model.textures.empty() && model.textures.front().meaning == TextureMeaning::normals);
   return is_light || is_normals ? infinity : HaloOptions{}.fraction;

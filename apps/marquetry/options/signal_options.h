@@ -40,8 +40,9 @@ double spread_weight(const OptionValues& options, const SurfaceScale& scale);
 void add_halo_option(OptionTable& table, const std::string& group);
 
 /// How far halos may go (`HaloOptions::fraction`): as asked for; else the usual way, but of normals, and of light
-/// (values that are decoded to it, or go beyond white), of which contrast is no part, inf: as the equation has them.
-double asked_halo(const OptionValues& options, const Model& model, const Signal& values);
+/// (values that are decoded to it, or the `largest` of which is beyond white), of which contrast is no part, inf: as the
+/// equation has them.
+double asked_halo(const OptionValues& options, const Model& model, double largest);
 
 /// Adds --space.
 void add_space_option(OptionTable& table);

@@ -114,21 +114,6 @@ Exit filter_geometry(Run& run) {
   return Exit::done;
 }
 
-/// Contrast that 8 bits a channel, and what a lossy format makes of them, leave where there is none.
-constexpr double usual_threshold = 0.02;
-
-/// Without --threshold the usual one, where a strength sharpens colours of 8 bits.
-double asked_threshold(const OptionValues& options, const Model& model) {
-  if (options.has("threshold")) return options.number("threshold");
-  const bool is_coarse = !model.textures.empty() && std::ranges::all_of(model.textures, [](const Texture& texture) {
-    return texture.format.depth == Depth::u8;
-  });
-  return is_coarse && by_luminance(options, model) && options.has("strength") && options.number("strength") > 0 &&
-                 value_space(options).space == ColourSpace::stored
-             ? usual_threshold
-             : 0;
-}
-
 /// What a filter of these options makes of values: of each channel by itself.
 Filtered filtered(const ScreenedPoisson& equation, const ModelSignal& target, const Signal& values,
                   const std::vector<double>& beta, const HaloOptions& halo, const Progress& progress) {
@@ -141,11 +126,7 @@ Filtered filtered_by_strength(Run& run, const TexturedModel& scene, const ModelS
                               const Signal& before, const std::vector<double>& beta, HaloOptions& halo,
                               const Progress& progress) {
   const OptionValues& options = run.options();
-  halo.fraction = asked_halo(options, scene.model, before);
-  if (std::isinf(halo.fraction) && options.has("threshold"))
-    throw InvalidInput("--threshold is of sharpening that limits halos, which is not so of normals, of light and "
-                       "with --halo inf: give --halo a number, such as 0.2, or leave --threshold out");
-  halo.threshold = std::isinf(halo.fraction) ? 0 : asked_threshold(options, scene.model);
+  halo = asked_halos(options, scene.model, before.size() > 0 ? before.maxCoeff() : 0);
   if (!by_luminance(options, scene.model)) return filtered(equation, target, before, beta, halo, progress);
   const Signal Y = luminance(before);
   Filtered found = filtered(equation, target, Y, beta, halo, progress);
@@ -251,14 +232,7 @@ Verb filter_verb() {
   add_strength_options(table);
   add_luminance_option(table);
   add_halo_option(table, "Filter");
-  table.add({.name = "threshold",
-             .type = Option::Type::number,
-             .least = 0,
-             .most = 1e6,
-             .group = "Filter",
-             .help = "contrast over seven texels up to which nothing is sharpened; from twice it on all is",
-             .details = fmt::format("{:g} without it where --strength sharpens colours of 8 bits, so that blocks of JPEG "
-                                    "stay as faint as they are; else 0.", usual_threshold)});
+  add_threshold_option(table);
   add_mask_options(table, "Filter");
   add_spread_options(table, {1e-3, Length::Unit::alpha}, "Filter",
                      "how far it reaches: weight of gradients on the surface scaled to unit area",

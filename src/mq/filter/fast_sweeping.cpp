@@ -3,7 +3,10 @@
 //
 //     (w − x·1)ᵀ Q (w − x·1) = 1,
 //
-// and came from between them where Q (x·1 − w) ≥ 0.
+// and came from between them where Q (x·1 − w) ≥ 0. That x is the least of w + way over the points between the two, so
+// it rises with w_a and w_b; where the wave did not come from between, the straight way from one of them is the least.
+// The least of all pairs rises with every neighbour, too: sweeps from infinity, in whatever order, end at the same
+// distances.
 
 #include "mq/filter/fast_sweeping.h"
 
@@ -18,25 +21,25 @@ namespace mq {
 
 namespace {
 
-
 /// Sweeps end when distances change by less than this of the mean step between neighbours, on
 /// average.
-constexpr double enough = 1e-3;
-constexpr int most_sweeps = 20;
+constexpr double enough = 1e-9;
+constexpr int most_sweeps = 60;
 
-/// So many steps from what is fixed several processes take one after another, each as far as the others are.
-constexpr int rings_together = 64;
+/// Neighbours that are farther apart than this, by the cosine of their angle, have others between them.
+constexpr double least_cosine = -0.5;
 
 struct Near {
-  double time = infinity;  ///< by the straight way
-  double w = 0;
-  Vector3 way = Vector3::Zero();
+  double w;
+  Vector3 way;
+  double length;
 };
 
+/// Infinite where the wave came from elsewhere.
 double plane_wave(const Near& a, const Near& b) {
-  const double aa = a.way.squaredNorm(), ab = a.way.dot(b.way), bb = b.way.squaredNorm();
+  const double aa = a.length * a.length, ab = a.way.dot(b.way), bb = b.length * b.length;
   const double det = aa * bb - ab * ab;
-  if (!(det > 1e-6 * aa * bb)) return infinity;
+  if (!(det > 1e-6 * aa * bb && ab >= least_cosine * a.length * b.length)) return infinity;
   const double q11 = bb / det, q12 = -ab / det, q22 = aa / det;
   const double s = q11 + 2 * q12 + q22;
   const double t = (q11 + q12) * a.w + (q12 + q22) * b.w;
@@ -49,23 +52,32 @@ double plane_wave(const Near& a, const Near& b) {
   return from_a >= 0 && from_b >= 0 ? x : infinity;
 }
 
-/// From the three neighbours that are nearest by the straight way.
-double arrival(const SparseMatrix& A, std::span<const Vector3> places, const Vector& w, int i) {
-  std::array<Near, 3> best;
-  for (SparseMatrix::InnerIterator it(A, i); it; ++it) {
-    const int j = int(it.col());
-    if (j == i || it.value() == 0 || !(w[j] < infinity)) continue;
-    Near near{0, w[j], places[j] - places[i]};
-    near.time = near.w + near.way.norm();
-    for (Near& other : best)
-      if (near.time < other.time) std::swap(near, other);
+/// When the front arrives at an unknown, from one neighbour or from between two.
+class Arrival {
+ public:
+  Arrival(const SparseMatrix& A, std::span<const Vector3> places) : A_(A), places_(places) {}
+
+  double operator()(const Vector& w, int i) {
+    double least = infinity;
+    near_.clear();
+    for (SparseMatrix::InnerIterator it(A_, i); it; ++it) {
+      const int j = int(it.col());
+      if (j == i || it.value() == 0 || !(w[j] < infinity)) continue;
+      const Vector3 way = places_[j] - places_[i];
+      near_.push_back({w[j], way, way.norm()});
+      least = std::min(least, w[j] + near_.back().length);
+    }
+    for (std::size_t a = 0; a < near_.size(); ++a)
+      for (std::size_t b = 0; b < a; ++b)
+        if (std::min(near_[a].w, near_[b].w) < least) least = std::min(least, plane_wave(near_[a], near_[b]));
+    return least;
   }
-  double least = best[0].time;
-  for (int k = 0; k < 3; ++k)
-    if (best[(k + 1) % 3].time < infinity && best[k].time < infinity)
-      least = std::min(least, plane_wave(best[k], best[(k + 1) % 3]));
-  return least;
-}
+
+ private:
+  const SparseMatrix& A_;
+  std::span<const Vector3> places_;
+  std::vector<Near> near_;
+};
 
 }  // namespace
 
@@ -88,7 +100,7 @@ class Front {
  public:
   Front(const SparseMatrix& A, std::span<const Vector3> places, const std::vector<std::pair<int, double>>& fixed,
         const SharedUnknowns& shared, const Progress& progress)
-      : A_(A), places_(places), shared_(shared), progress_(progress), halo_(shared.halo()) {
+      : A_(A), arrival_(A, places), shared_(shared), progress_(progress), halo_(shared.halo()) {
     w_ = Vector::Constant(A.rows(), infinity);
     const auto n = std::size_t(A.rows());
     is_fixed_.assign(n, 0), is_met_.assign(n, 0), stale_.assign(n, 1);
@@ -102,15 +114,6 @@ class Front {
     }
     count_ = double(begin.size());
     falling_.resize(A.rows());
-    // Which neighbours an unknown is first reached from can be seen in what it gets: near what is fixed all
-    // processes go on together.
-    for (int ring = 0; ring < rings_together && !shared_.is_alone(); ++ring) {
-      const std::vector<int> others = heard();
-      begin.insert(begin.end(), others.begin(), others.end());
-      if (ring == 0) std::ranges::sort(begin);
-      if (!(shared_.largest(double(begin.size())) > 0)) break;
-      begin = next_ring(begin);
-    }
     reach(std::move(begin));
   }
 
@@ -131,7 +134,7 @@ class Front {
       check_now_and_then();
       if (!stale_[i]) continue;
       stale_[i] = 0;
-      const double now = arrival(A_, places_, w_, i);
+      const double now = arrival_(w_, i);
       if (!(now < w_[i])) continue;
       change += w_[i] - now;
       w_[i] = now;
@@ -180,7 +183,7 @@ class Front {
       }
     for (const int i : next) {
       check_now_and_then();
-      w_[i] = arrival(A_, places_, w_, i);
+      w_[i] = arrival_(w_, i);
       farthest_ = std::max(farthest_, w_[i]);
       met_.push_back(i);
       count_ += 1;
@@ -198,7 +201,7 @@ class Front {
   }
 
   const SparseMatrix& A_;
-  std::span<const Vector3> places_;
+  Arrival arrival_;
   const SharedUnknowns& shared_;
   const Progress& progress_;
   std::vector<int> halo_, met_;  ///< own unknowns that are reached and not fixed, ascending

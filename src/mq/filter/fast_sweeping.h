@@ -15,17 +15,16 @@ namespace mq {
 /// Distances from the `fixed` unknowns (with theirs) along the couplings of A, whose unknowns lie
 /// at `places`: each is the least that a plane wave of speed 1 through two nearer neighbours, or a
 /// straight way from one, allows (Kimmel and Sethian [kimmel1998computing]), in sweeps in the order
-/// of distance instead of a queue. Infinite where no coupling leads. Right to about a per cent on
-/// regular grids, some per cent where neighbours lie unevenly. About 150 ns per unknown and sweep,
+/// of distance instead of a queue, until nothing changes. Infinite where no coupling leads. Right to about a per cent
+/// on regular grids, some per cent where neighbours lie unevenly. About 150 ns per unknown and sweep,
 /// five or so of them; what nothing around has changed is passed over.
 Vector fast_sweeping_distances(const SparseMatrix& A, std::span<const Vector3> places,
                                const std::vector<std::pair<int, double>>& fixed,
                                const Progress& progress = {});
 
 /// The same for one of several processes: `fixed` are its own, `places` those of the halo too. Sweeps go on until the
-/// front is everywhere and distances hardly change in any process; the halo is exchanged before each. Which two
-/// neighbours count depends a little on the order, so what is found depends on the processes, by about what sweeps
-/// leave.
+/// front is everywhere and distances change in no process; the halo is exchanged before each. The distances are those
+/// of one process, whichever way unknowns are parted.
 Vector fast_sweeping_distances(const SparseMatrix& A, std::span<const Vector3> places,
                                const std::vector<std::pair<int, double>>& fixed, const SharedUnknowns& shared,
                                const Progress& progress = {});

@@ -91,16 +91,21 @@ double bent(double excess, double most) {
 
 HaloLimit::HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOptions& options,
                      const Progress& progress)
+    : HaloLimit(space.system(0, 1, progress.step("look around", 0.5)), psi, options, SharedUnknowns::alone(),
+                progress.step("look around", 0.5)) {}
+
+HaloLimit::HaloLimit(const SparseMatrix& A, const Signal& psi, const HaloOptions& options,
+                     const SharedUnknowns& shared, const Progress& progress)
     : channels_(int(psi.cols())), floats_(floats_for(channels_)), fraction_(options.fraction) {
-  require(psi.rows() == space.size() && psi.cols() > 0 && psi.allFinite(),
+  require(psi.rows() == A.rows() && psi.cols() > 0 && psi.allFinite(),
           fmt::format("a signal of {} × {} was given for {} unknowns, or it is not finite", psi.rows(), psi.cols(),
-                      space.size()));
+                      A.rows()));
   require(options.fraction >= 0 && std::isfinite(options.fraction) && options.contrast > 0 && options.reach >= 1 &&
               options.threshold >= 0 && std::isfinite(options.threshold),
           fmt::format("halos of {} of the contrast, edges from a contrast of {}, a threshold of {} and a reach of {} were "
                       "asked for: a fraction and a threshold from 0, a contrast above 0 and a reach from 1 are wanted",
                       options.fraction, options.contrast, options.threshold, options.reach));
-  const SparseMatrix A = space.system(0, 1, progress.step("look around", 0.5));
+  texture_.resize(std::size_t(psi.rows()));
   ranges_.assign(std::size_t(psi.rows()) * std::size_t(floats_), 0);
   parallel_for(psi.rows(), [&](std::int64_t i) {
     for (int c = 0; c < channels_; ++c) {
@@ -109,12 +114,12 @@ HaloLimit::HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOpti
     }
   });
   std::vector<float> room(ranges_.size());
-  const Progress widening = progress.step("look around", 0.25), averaging = progress.step("look around", 0.25);
+  const Progress widening = progress.step("look around", 0.5), averaging = progress.step("look around", 0.5);
   for (int k = 0; k < options.reach; ++k) {
     widening.at(double(k) / options.reach);
     channels_ == 1 ? widen<2>(A, floats_, ranges_, room) : widen<8>(A, floats_, ranges_, room);
+    fill_halo(shared);
   }
-  texture_.resize(std::size_t(psi.rows()));
   if (options.threshold > 0) detail_.resize(texture_.size());
   parallel_for(psi.rows(), [&](std::int64_t i) {
     double contrast = 0;
@@ -125,6 +130,18 @@ HaloLimit::HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOpti
   for (int k = 0; k < options.reach; ++k) {
     averaging.at(double(k) / options.reach);
     channels_ == 1 ? average<2>(A, floats_, ranges_, room) : average<8>(A, floats_, ranges_, room);
+    fill_halo(shared);
+  }
+}
+
+/// Of processes each knows the rows of its own alone.
+void HaloLimit::fill_halo(const SharedUnknowns& shared) {
+  if (shared.is_alone()) return;
+  Vector column(std::ssize(texture_));
+  for (int k = 0; k < 2 * channels_; ++k) {
+    for (Eigen::Index i = 0; i < column.size(); ++i) column[i] = double(ranges_[std::size_t(i * floats_ + k)]);
+    shared.fill_halo(column);
+    for (Eigen::Index i = 0; i < column.size(); ++i) ranges_[std::size_t(i * floats_ + k)] = float(column[i]);
   }
 }
 
@@ -167,8 +184,8 @@ Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace&
   Signal limited(psi.rows(), channels);
   parallel_for(psi.rows(), [&](std::int64_t i) {
     for (int c = 0; c < channels; ++c) {
-      const double was = psi(i, c), texture = found.signal(i, channels + c);
-      limited(i, c) = limit.limited(i, c, was, found.signal(i, c) - texture) + (texture - was);
+      const double was = psi(i, c);
+      limited(i, c) = limit.sharpened(i, c, was, found.signal(i, c) - was, found.signal(i, channels + c) - was);
     }
   });
   return {std::move(limited), std::move(found.report)};

@@ -15,6 +15,7 @@
 #include "mq/base/progress.h"
 #include "mq/fem/space.h"
 #include "mq/filter/screened_poisson.h"
+#include "mq/filter/shared_unknowns.h"
 
 namespace mq {
 
@@ -49,6 +50,11 @@ class HaloLimit {
   HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOptions& options = {},
             const Progress& progress = {});
 
+  /// The same for one of several processes, by a matrix that couples neighbours, its own rows complete; `psi` has
+  /// values of the halo too.
+  HaloLimit(const SparseMatrix& A, const Signal& psi, const HaloOptions& options, const SharedUnknowns& shared,
+            const Progress& progress = {});
+
   /// Per unknown the part of a change of gradients that is texture's: 1 up to half of the contrast of
   /// `HaloOptions`, 0 from all of it on.
   std::span<const double> texture() const { return texture_; }
@@ -65,7 +71,14 @@ class HaloLimit {
   /// what is allowed. Nothing added gives the value back bit for bit.
   double limited(std::int64_t unknown, int channel, double value, double added) const;
 
+  /// What becomes of a value of which the solution for all of β is larger by `all`, and that for its part of texture by
+  /// `texture`.
+  double sharpened(std::int64_t unknown, int channel, double value, double all, double texture) const {
+    return limited(unknown, channel, value, all - texture) + texture;
+  }
+
  private:
+  void fill_halo(const SharedUnknowns& shared);
   double low(std::int64_t unknown, int channel) const;
   double high(std::int64_t unknown, int channel) const;
 

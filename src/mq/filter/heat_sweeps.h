@@ -53,8 +53,8 @@ HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, do
                       const Progress& progress = {});
 
 /// The same for one of several processes: `fixed` are its own, `guess`, which must be given, is where to begin; what it
-/// leaves infinite is not reached. Sweeps are those of one process, all unknowns in one order, but that what
-/// comes over from others is carried on until little of it is left.
+/// leaves infinite is not reached. Sweeps are those of one process, all unknowns in one order, but for a millionth of what
+/// rows miss.
 HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, double>>& fixed,
                       const HeatSweepOptions& options, const Vector& guess, const SharedUnknowns& shared,
                       const Progress& progress = {});

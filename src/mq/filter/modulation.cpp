@@ -20,8 +20,8 @@ namespace mq {
 namespace {
 
 /// Refuses NaN by its place.
-double strength(double value, double least, std::int64_t i, const char* what) {
-  require(!std::isnan(value), fmt::format("the mask at {} {} is not a number", what, i));
+double strength(double value, double least, const auto& place) {
+  require(!std::isnan(value), "the mask at " + place() + " is not a number");
   return std::clamp(value, least, 1.0);
 }
 
@@ -31,6 +31,17 @@ std::vector<double> modulation(std::span<const double> mask, double beta) {
   std::vector<double> result(mask.size());
   std::ranges::transform(mask, result.begin(), [&](double m) { return m < 0 ? 1 + m : std::lerp(1.0, beta, m); });
   return result;
+}
+
+double mask_at(const Image<float>& picture, const TextureSize& size, int x, int y, double least) {
+  float values[64];
+  const int channels = std::min(picture.channels(), 64), colours = colour_channels(channels);
+  const double column = (x + 0.5) * picture.width() / size.width - 0.5;
+  const double row = (y + 0.5) * picture.height() / size.height - 0.5;
+  sample(picture, column, row, size.wrap, {values, std::size_t(channels)});
+  double sum = 0;
+  for (int c = 0; c < colours; ++c) sum += values[c];
+  return strength(sum / colours, least, [&] { return fmt::format("texel ({}, {})", x, y); });
 }
 
 std::vector<double> mask_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
@@ -43,16 +54,7 @@ std::vector<double> mask_of_pictures(const Texels& texels, std::span<const Textu
   std::vector<double> mask(std::size_t(texels.size()));
   parallel_for(texels.size(), [&](std::int64_t i) {
     const Texels::Place& at = texels.places[i];
-    const Image<float>& picture = pictures[at.texture];
-    const TextureSize& size = textures[at.texture];
-    float values[64];
-    const int channels = std::min(picture.channels(), 64), colours = colour_channels(channels);
-    const double column = (at.x + 0.5) * picture.width() / size.width - 0.5;
-    const double row = (at.y + 0.5) * picture.height() / size.height - 0.5;
-    sample(picture, column, row, size.wrap, {values, std::size_t(channels)});
-    double sum = 0;
-    for (int c = 0; c < colours; ++c) sum += values[c];
-    mask[i] = strength(sum / colours, least, i, "texel");
+    mask[i] = mask_at(pictures[at.texture], textures[at.texture], at.x, at.y, least);
   });
   return mask;
 }
@@ -70,7 +72,7 @@ std::vector<double> mask_of_vertices(const Mesh& mesh, std::span<const double> v
     double sum = 0;
     for (int k = 0; k < 3; ++k)
       sum += points[i].barycentric[k] * values[mesh.triangles[points[i].triangle][k]];
-    mask[i] = strength(sum, least, i, "place");
+    mask[i] = strength(sum, least, [&] { return fmt::format("place {}", i); });
   });
   return mask;
 }

@@ -22,6 +22,9 @@ namespace mq {
 /// over the cells and a solve, the prepared solver stays.
 std::vector<double> modulation(std::span<const double> mask, double beta);
 
+/// What one picture of the mask below says at a texel (x, y) of a texture of this size.
+double mask_at(const Image<float>& picture, const TextureSize& size, int x, int y, double least = 0);
+
 /// The mask that pictures show, one for each texture of the atlas and painted in its coordinates:
 /// the mean of the colour channels at each texel's centre, interpolated between the picture's
 /// pixels where its size is not that of the texture; values below `least` and above 1 count as these.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,21 @@ namespace {
 
 /// Of what size detail is where only a strength is given, on textures and where there are no texels.
 constexpr Length usual_radius{3, Length::Unit::texels}, usual_radius_of_shapes{1, Length::Unit::percent};
+
+/// Contrast that 8 bits a channel, and what a lossy format makes of them, leave where there is none.
+constexpr double usual_threshold = 0.02;
+
+/// Without --threshold the usual one, where a strength sharpens colours of 8 bits.
+double asked_threshold(const OptionValues& options, const Model& model) {
+  if (options.has("threshold")) return options.number("threshold");
+  const bool is_coarse = !model.textures.empty() && std::ranges::all_of(model.textures, [](const Texture& texture) {
+    return texture.format.depth == Depth::u8;
+  });
+  return is_coarse && by_luminance(options, model) && options.has("strength") && options.number("strength") > 0 &&
+                 value_space(options).space == ColourSpace::stored
+             ? usual_threshold
+             : 0;
+}
 
 }  // namespace
 
@@ -77,6 +94,27 @@ bool by_luminance(const OptionValues& options, const Model& model) {
   const bool are_normals = value_space(options).meaning == ValueSpace::Meaning::normals;
   return (options.flag("luminance") || (sharpens && !are_normals)) &&
          (textures.empty() || textures.front().meaning == TextureMeaning::colours);
+}
+
+void add_threshold_option(OptionTable& table) {
+  table.add({.name = "threshold",
+             .type = Option::Type::number,
+             .least = 0,
+             .most = 1e6,
+             .group = "Filter",
+             .help = "contrast over seven texels up to which nothing is sharpened; from twice it on all is",
+             .details = fmt::format("{:g} without it where --strength sharpens colours of 8 bits, so that blocks of JPEG "
+                                    "stay as faint as they are; else 0.", usual_threshold)});
+}
+
+HaloOptions asked_halos(const OptionValues& options, const Model& model, double largest) {
+  HaloOptions halo;
+  halo.fraction = asked_halo(options, model, largest);
+  if (std::isinf(halo.fraction) && options.has("threshold"))
+    throw InvalidInput("--threshold is of sharpening that limits halos, which is not so of normals, of light and "
+                       "with --halo inf: give --halo a number, such as 0.2, or leave --threshold out");
+  halo.threshold = std::isinf(halo.fraction) ? 0 : asked_threshold(options, model);
+  return halo;
 }
 
 }  // namespace mq::app

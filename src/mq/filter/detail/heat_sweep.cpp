@@ -23,10 +23,9 @@ constexpr float most_log_ratio = 8;
 constexpr double least_progress = 0.05, near_tolerance = 10;
 constexpr std::size_t recent = 10;
 
-/// What comes over from other processes is carried on while it is more than this share of what rows miss on average,
-/// and no more often than that: what is left then is missed in the next sweep.
-constexpr double least_carried = 0.01;
-constexpr int most_crossings = 30;
+/// What comes over from other processes is carried on while anything of it is more than this share of what rows miss
+/// on average: then sweeps are those of one process.
+constexpr double least_carried = 1e-6;
 
 }  // namespace
 
@@ -70,23 +69,52 @@ void HeatSweep::carry_own() {
 
 /// What is carried is linear in what is missed: of each change that comes over, the change that it makes is added.
 void HeatSweep::carry_of_others() {
-  Vector all = delta_, heard(delta_.size());
-  Vector known = Vector::Zero(delta_.size());
-  for (int crossing = 0; crossing < most_crossings; ++crossing) {
+  Vector all = delta_, heard, known = Vector::Zero(delta_.size());
+  delta_.setZero();
+  touched_.assign(std::size_t(delta_.size()), 0);
+  const double least = least_carried * missed_;
+  for (;;) {
     heard = all;
     shared_.fill_halo(heard);
-    delta_.setZero();
     double largest = 0;
     for (const int i : beside_) {
-      delta_[i] = heard[i] - known[i];
+      const double change = heard[i] - known[i];
+      if (!(std::abs(change) > least)) continue;
       known[i] = heard[i];
-      largest = std::max(largest, std::abs(delta_[i]));
+      delta_[i] = change;
+      touch_around(i);
+      largest = std::max(largest, std::abs(change));
     }
-    if (shared_.largest(largest) <= least_carried * missed_) break;
-    carry_own();
-    for (const int i : met_) all[i] += delta_[i];
+    if (!(shared_.largest(largest) > 0)) break;
+    carry_touched(all);
+    for (const int i : beside_) delta_[i] = 0;
   }
   delta_ = std::move(all);
+}
+
+/// Of the rows that something came to, in order; what it makes is added to `all`.
+void HeatSweep::carry_touched(Vector& all) {
+  const int *begin = A_.outerIndexPtr(), *columns = A_.innerIndexPtr();
+  std::vector<int> changed;
+  for (const int i : falling_.order()) {
+    if (!touched_[i]) continue;
+    touched_[i] = 0;
+    double change = 0;
+    for (int e = begin[i]; e < begin[i + 1]; ++e)
+      if (shares_[e] > 0) change += shares_[e] * delta_[columns[e]];
+    if (change == 0) continue;
+    delta_[i] = change;
+    changed.push_back(i);
+    touch_around(i);
+  }
+  for (const int i : changed) {
+    all[i] += delta_[i];
+    delta_[i] = 0;
+  }
+}
+
+void HeatSweep::touch_around(int i) {
+  for (SparseMatrix::InnerIterator it(A_, i); it; ++it) touched_[it.col()] = 1;
 }
 
 void HeatSweep::carry() {

@@ -17,7 +17,7 @@ class HeatSweep {
   static constexpr double most_tolerances = 100;
 
   /// Of the own unknowns `met`; A, `log_u` and `shared` must outlive the object. Of several processes each keeps the
-  /// order of them all, and carries on what others carried until hardly anything comes over any more.
+  /// order of them all, and carries on what others carried until nothing comes over any more.
   HeatSweep(const SparseMatrix& A, std::vector<int> met, std::vector<char> fixed, Vector& log_u,
             const SharedUnknowns& shared = SharedUnknowns::alone());
 
@@ -31,6 +31,8 @@ class HeatSweep {
   void find_miss(int i);
   void carry_own();
   void carry_of_others();
+  void carry_touched(Vector& all);
+  void touch_around(int i);
 
   const SparseMatrix& A_;
   const SharedUnknowns& shared_;
@@ -39,6 +41,7 @@ class HeatSweep {
   Vector& log_u_;
   std::vector<float> shares_;  ///< per entry of A
   Vector delta_;
+  std::vector<char> touched_;  ///< by what other processes carried
   double missed_ = 0;
   FallingOrder falling_;
 };
