@@ -108,6 +108,7 @@ TexturedModel read_scene(Run& run, const Processes& processes, const std::string
   processes.together([&] {
     check(run.options());
     scene = app::read_usable_model(run, MissingPictures::by_head, 0.05);
+    for (Texture& texture : scene.model.textures) texture.format = picture_info(texture.path).format;
     const std::string file = scene.model.path.string();
     require(!scene.is_picture, file + ": is a picture; marquetry " + verb + " takes it, on one machine");
     require(scene.atlas.has_value(), file + ": has no texture coordinates, so no textures to work on; marquetry filter "

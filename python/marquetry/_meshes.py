@@ -35,6 +35,9 @@ class Mesh:
         self.colors: Optional[Array] = None if colors is None else _single(plain_array(colors, "colors"))
         given = list(pictures) if isinstance(pictures, (list, tuple)) else [pictures]
         self.pictures: list[Picture] = [as_picture(picture_array(one, "pictures")) for one in given]
+        if self.vertices.ndim != 2 or self.vertices.shape[1] != 3:
+            raise InvalidInput(f"vertices: found an array of shape {self.vertices.shape}, wanted (vertices, 3)")
+        _check_kind_of_faces(self.faces)
         if self.uvs is not None and self.uvs.ndim == 2:
             self.uvs = _corner_uvs(self.uvs, self.faces, len(self.vertices))
 
@@ -63,11 +66,16 @@ def _corner_uvs(uvs: Array, faces: Array, vertices: int) -> Array:
     return np.asarray(uvs[faces])
 
 
-def _check_faces(faces: Array, vertices: int) -> None:
+def _check_kind_of_faces(faces: Array) -> None:
     if faces.ndim != 2 or faces.shape[1] != 3:
-        raise InvalidInput(f"faces: found an array of shape {faces.shape}, wanted (faces, 3)")
+        hint = ": make two triangles of each" if faces.ndim == 2 and faces.shape[1] == 4 else ""
+        raise InvalidInput(f"faces: found an array of shape {faces.shape}, wanted (faces, 3){hint}")
     if faces.dtype.kind not in "iu":
         raise TypeError(f"faces: found an array of {faces.dtype}, wanted whole numbers, such as int32")
+
+
+def _check_faces(faces: Array, vertices: int) -> None:
+    _check_kind_of_faces(faces)
     if faces.size and (faces.min() < 0 or faces.max() >= vertices):
         raise InvalidInput(f"faces: found {faces.min()} to {faces.max()}, wanted 0 to {vertices - 1}")
 
@@ -139,8 +147,9 @@ def joined_arrays(arguments: Sequence[Any]) -> list[Any]:
     if len(given) < 2 or any(is_path(one) or is_mesh(one) for one in given[:2]):
         return given
     first, second = np.asarray(given[0]), np.asarray(given[1])
-    if not (first.ndim == 2 and first.shape[1:] == (3,) and second.ndim == 2 and second.shape[1:] == (3,)
-            and second.dtype.kind in "iu" and first.dtype.kind == "f"):
+    # No picture is as narrow as that.
+    if not (first.ndim == second.ndim == 2 and first.shape[1] in (2, 3) and second.shape[1] in (3, 4)
+            and first.dtype.kind in "iuf" and second.dtype.kind in "iuf"):
         return given
     uvs, rest = None, given[2:]
     if rest and not is_path(rest[0]) and not is_mesh(rest[0]):

@@ -191,9 +191,12 @@ def _text(value: Any, row: dict[str, Any]) -> str:
 
 
 def _several(value: Any, row: dict[str, Any]) -> list[Any]:
-    """The values of an option that takes several: a list has one in each place, a tuple of numbers is one."""
+    """The values of an option that takes several: a list has one in each place, and an array in each row;
+    a tuple of numbers is one."""
     if isinstance(value, list):
         return value
+    if row["type"] != "path" and isinstance(value, np.ndarray) and value.ndim == 2:
+        return [tuple(one) for one in value]
     if isinstance(value, tuple) and (row["type"] == "path" and not is_mesh(value)
                                      or any(not isinstance(one, (int, float, np.number)) for one in value)):
         return list(value)

@@ -14,7 +14,7 @@ import numpy as np
 
 from . import _marquetry
 from ._arrays import plain_array
-from ._errors import InvalidInput
+from ._errors import InvalidInput, SolverError
 from ._meshes import as_mesh
 from ._pictures import Picture, as_picture, picture_array
 from ._progress import told
@@ -360,6 +360,8 @@ class GeodesicDistance(_Equation):
         """The distance of every unknown from the nearest of these, whose own are 0 or as given; model units,
         infinite where no path leads."""
         sources = np.atleast_1d(plain_array(unknowns, "unknowns"))
+        if not sources.size:
+            raise InvalidInput("unknowns: found none, wanted one or more to begin at")
         known = None if distances is None else np.atleast_1d(_array(distances, "distances"))
         distance, self.report = told(progress, self._own.from_, sources, known)
         return distance  # type: ignore[no-any-return]
@@ -383,7 +385,15 @@ class Solver(_Equation):
         """X for right-hand sides B, (size,) or (size, channels)."""
         first = None if guess is None else _array(guess, "guess")
         solution, self.report = told(progress, self._own.solve, _array(b, "b"), first)
+        missed = self.report["residuals"][-1] if self.report["residuals"] else 0
+        if self.space is None and not missed < _MOST_MISSED:
+            raise SolverError(f"matrix: is singular, or nearly: what its factorisation finds misses b by {missed:.2g} "
+                              "of it; wanted a positive definite one, such as regularised_system(1, w)")
         return solution  # type: ignore[no-any-return]
+
+
+# Of a positive definite matrix it is rounding.
+_MOST_MISSED = 1e-6
 
 
 def smooth(space: Space, signal: Any, length: Union[str, float], progress: Progress = None) -> Array:

@@ -125,6 +125,8 @@ TEST(SharedFilter, SharpensWithoutHalos) {
   expect_the_pictures_of_the_program(folder, {"--strength", "200%"}, tiles, {1, 3});
   expect_the_pictures_of_the_program(folder, {"--beta", "3", "--length", "4tx", "--halo", "0.1", "--threshold", "0.05"},
                                      tiles, {2});
+  make(folder, {"wall", "--tiles", "2", "--size", "64", "--depth", "16", "-o", "wall/"});
+  expect_the_pictures_of_the_program(folder, {"--strength", "200%"}, tiles, {2});  // the threshold is of 8 bits
   EXPECT_GT(difference(folder / "wall/wall.1001.png", folder / "one/wall.1001.png"), 0.02);
 }
 

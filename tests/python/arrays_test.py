@@ -318,6 +318,24 @@ class Words(unittest.TestCase):
                 call()
         with self.assertRaisesRegex(mq.InvalidInput, "^sizes: found an empty list, wanted a side"):
             mq.TexelSpace(mesh(), [])
+        with self.assertRaisesRegex(mq.InvalidInput, "^unknowns: found none"):
+            mq.GeodesicDistance(space).from_([])
+
+    def test_says_what_is_wrong_with_vertices_and_faces(self):
+        V, F = mesh().vertices, mesh().faces
+        for call in (lambda v, f: mq.unwrap(v, f), lambda v, f: mq.Mesh(v, f)):
+            with self.assertRaisesRegex(mq.InvalidInput, r"^vertices: found an array of shape \(\d+, 2\), wanted"):
+                call(V[:, :2], F)
+            with self.assertRaisesRegex(mq.InvalidInput, r"^faces: .*, 4\), wanted \(faces, 3\): make two triangles"):
+                call(V, F[:, [0, 1, 2, 2]])
+            with self.assertRaisesRegex(TypeError, "^faces: found an array of float64, wanted whole numbers"):
+                call(V, F + 0.5)
+
+    def test_takes_rows_of_an_array_as_places(self):
+        places = [tuple(float(x) for x in mesh().vertices[k]) for k in (0, 3)]
+        one = mq.geodesic(mesh(), np.zeros((32, 32, 3), np.uint8), from_=places).picture
+        np.testing.assert_array_equal(one, mq.geodesic(mesh(), np.zeros((32, 32, 3), np.uint8),
+                                                       from_=np.array(places)).picture)
 
     def test_models_in_one_folder_have_pictures_of_their_own(self):
         with tempfile.TemporaryDirectory() as place:

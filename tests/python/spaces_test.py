@@ -146,6 +146,9 @@ class Equations(unittest.TestCase):
             np.testing.assert_allclose(A @ solver.solve(b), b, atol=1e-8)
         with self.assertRaises(mq.SolverError):
             mq.Solver(scipy.sparse.csr_matrix(-np.eye(3)))
+        np.testing.assert_array_equal(mq.Solver(A).solve(np.zeros(space.size)), 0)
+        with self.assertRaisesRegex(mq.SolverError, "^matrix: is (singular|not positive)|positive definite"):
+            mq.Solver(space.stiffness()).solve(np.ones(space.size))
 
     def test_matrices_whose_arrays_were_spoilt_are_refused(self):
         for name, wrong in (("indptr", [0, 1, 300, 3, 4]), ("indptr", [0, 1, -2, 3, 4]), ("indptr", [0, 4, 2, 3, 4]),

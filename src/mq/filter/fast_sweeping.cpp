@@ -3,7 +3,7 @@
 //
 //     (w − x·1)ᵀ Q (w − x·1) = 1,
 //
-// and came from between them where Q (x·1 − w) ≥ 0. That x is the least of w + way over the points between the two, so
+// and came from between them where Q (x·1 − w) > 0. That x is the least of w + way over the points between the two, so
 // it rises with w_a and w_b; where the wave did not come from between, the straight way from one of them is the least.
 // The least of all pairs rises with every neighbour, too: sweeps from infinity, in whatever order, end at the same
 // distances.
@@ -35,21 +35,18 @@ struct Near {
   double length;
 };
 
-/// Infinite where the wave came from elsewhere.
+/// Infinite where the wave came from elsewhere: w + way, which is convex between the two, falls from each of them
+/// towards the other where it came from between.
 double plane_wave(const Near& a, const Near& b) {
   const double aa = a.length * a.length, ab = a.way.dot(b.way), bb = b.length * b.length;
+  const double later = b.w - a.w;
+  if (!(later * a.length < aa - ab && -later * b.length < bb - ab)) return infinity;
   const double det = aa * bb - ab * ab;
   if (!(det > 1e-6 * aa * bb && ab >= least_cosine * a.length * b.length)) return infinity;
-  const double q11 = bb / det, q12 = -ab / det, q22 = aa / det;
-  const double s = q11 + 2 * q12 + q22;
-  const double t = (q11 + q12) * a.w + (q12 + q22) * b.w;
-  const double r = q11 * a.w * a.w + 2 * q12 * a.w * b.w + q22 * b.w * b.w - 1;
-  const double root = t * t - s * r;
-  if (!(root >= 0 && s > 0)) return infinity;
-  const double x = (t + std::sqrt(root)) / s;
-  const double from_a = q11 * (x - a.w) + q12 * (x - b.w),
-               from_b = q12 * (x - a.w) + q22 * (x - b.w);
-  return from_a >= 0 && from_b >= 0 ? x : infinity;
+  // Q without its 1/det, times from a's on.
+  const double s = bb - 2 * ab + aa, t = (aa - ab) * later;
+  const double root = t * t - s * (aa * later * later - det);
+  return root >= 0 && s > 0 ? a.w + (t + std::sqrt(root)) / s : infinity;
 }
 
 /// When the front arrives at an unknown, from one neighbour or from between two.
