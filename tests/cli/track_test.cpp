@@ -262,7 +262,8 @@ TEST(Track, SaysWhereAFewPointsAreLost) {
             0);
   const Result left = marquetry(folder, {"track", "body", "-o", "left.evolving", "--json"});
   ASSERT_EQ(left.status, 0) << left.error;
-  for (const auto& frame : left.json()["result"]["frames"]) EXPECT_LT(frame["distance_p95"], 0.01);
+  const auto report = left.json();
+  for (const auto& frame : report["result"]["frames"]) EXPECT_LT(frame["distance_p95"], 0.01);
   EXPECT_THAT(left.error, HasSubstr("in frame 12 the farthest point is"));
   EXPECT_THAT(left.error, HasSubstr("--remesh"));
 }

@@ -24,8 +24,8 @@ SolverChoice solver_choice(const OptionValues& options, const ModelSignal& signa
 
 /// Shares of a run's progress.
 struct SolvingShares {
-  double prepare = 0.27;
-  double solve = 0.42;
+  double prepare = 0.29;
+  double solve = 0.33;
 };
 
 /// One solution with solvers of this factory, as steps of the run with these shares.

@@ -115,7 +115,7 @@ Signal smooth_up_to_edges(Run& run, const TexturedModel& scene, const ModelSigna
   const std::vector<Guide> guides = asked_guides(options, scene, target);
   Denoised found;
   solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
-    const Step step(run, "solve", shares.prepare + shares.solve);
+    const Step step(run, "solve", shares.prepare + shares.solve + 0.07);
     found = denoise(target.space(), before, guides, wanted, factory, step);
     return found.report;
   });
@@ -139,7 +139,7 @@ Exit denoise_verb_run(Run& run) {
 
   std::unique_ptr<ModelSignal> target;
   {
-    const Step step(run, "assemble", 0.13);
+    const Step step(run, "assemble", patches ? 0.13 : 0.2);
     target = make_signal(run, scene, step);
   }
   Signal before, after;

@@ -144,7 +144,7 @@ Exit filter(Run& run) {
     require(!asks_for(options, name),
             fmt::format("--{} is for the shape of a model: give --geometry too", name));
   TexturedModel scene = read_usable_model(
-      run, options.flag("vertices") ? MissingPictures::unneeded : MissingPictures::refuse, 0.05);
+      run, options.flag("vertices") ? MissingPictures::unneeded : MissingPictures::refuse, 0.03);
   if (at_vertices(options, scene)) refuse_pictures(options);
   const Outputs outputs(
       options.text("output"), scene.model,
@@ -158,7 +158,7 @@ Exit filter(Run& run) {
   std::unique_ptr<SignalSpace> along;
   std::optional<std::vector<double>> mask;
   {
-    const Step step(run, "assemble", 0.22);
+    const Step step(run, "assemble", 0.31);
     target = make_signal(run, scene, step.progress().step("space", 0.5));
     about(scene.model, [&] { along = asked_space_along(run, scene, *target, step.progress().step("along the field", 0.4)); });
     mask = asked_mask(run, scene, *target, step.progress().step("mask", 0.1));

@@ -27,11 +27,11 @@ Geodesic solve(Run& run, const ModelSignal& domain, const std::vector<GeodesicSo
   solve_as_asked(run, domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
     std::unique_ptr<GeodesicDistance> geodesic;
     {
-      const Step step(run, "prepare", shares.prepare);
+      const Step step(run, "prepare", 0.65 * shares.prepare);
       geodesic = std::make_unique<GeodesicDistance>(
           domain.space(), factory, GeodesicOptions{.time = run.options().number("time")}, step);
     }
-    const Step step(run, "solve", shares.solve + 0.05);
+    const Step step(run, "solve", 1.85 * shares.solve);
     found = geodesic->from(sources, step);
     run.result["diffusion_length"] = geodesic->diffusion_length();
     return found.report;
@@ -44,7 +44,7 @@ Exit geodesic(Run& run) {
   require(!options.texts("from").empty() || !options.texts("from-mask").empty(),
           "--from: say where distances begin: --from x,y,z, --from texel,column,row or --from-mask "
           "PICTURE");
-  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.05);
+  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.02);
   const bool vertices = works_at_vertices(options, scene);
   require(!vertices || !by_texture(options), "--metric texture is of texels, and vertices are worked on");
   const Outputs outputs(options.text("output"), scene.model,
@@ -57,7 +57,7 @@ Exit geodesic(Run& run) {
 
   std::unique_ptr<ModelSignal> domain;
   {
-    const Step step(run, "assemble", 0.18);
+    const Step step(run, "assemble", 0.14);
     domain = make_field_signal(run, scene, step, TextureSignalOptions::SharedTexels::one_for_each,
                                TextureSignalOptions::Pictures::replaced, asked_metric(options, scene));
   }

@@ -102,7 +102,7 @@ Exit lic(Run& run) {
   std::unique_ptr<SignalSpace> across;
   double grain = 0;
   {
-    const Step step(run, "assemble", 0.3);
+    const Step step(run, "assemble", 0.28);
     using Pictures = TextureSignalOptions::Pictures;
     domain = make_field_signal(run, scene, step.progress().step("surface", 0.4),
                                TextureSignalOptions::SharedTexels::one_unknown,
@@ -141,7 +141,7 @@ Exit lic(Run& run) {
           step);
     }
     solve_as_asked(run, *domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
-      const Step step(run, "solve", shares.prepare + shares.solve - 0.05);
+      const Step step(run, "solve", shares.prepare + shares.solve + 0.03);
       lines = line_integral(*across, domain->space(), noise, wanted, factory, step);
       SolveReport report = lines.spread;
       report.converged = report.converged && lines.sharpen.converged;

@@ -142,7 +142,7 @@ void compare_seams(Run& run) {
 
 Exit stitch(Run& run) {
   const OptionValues& options = run.options();
-  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.05);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.03);
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates"
               ", so no textures to stitch; the verb unwrap makes some");
@@ -155,7 +155,7 @@ Exit stitch(Run& run) {
   std::unique_ptr<TextureSignal> target;
   StitchRegions regions;
   about(scene.model, [&] {
-    const Step step(run, "assemble", 0.22);
+    const Step step(run, "assemble", 0.31);
     target = make_texture_signal(run, scene,
                                  {.values = value_space(options), .depth = asked_depth(options)},
                                  step.progress().step("space", 0.5));

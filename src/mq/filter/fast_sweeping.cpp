@@ -228,7 +228,7 @@ Vector fast_sweeping_distances(const SparseMatrix& A, std::span<const Vector3> p
     const bool is_enough = front.sweep();
     if (got_on) continue;  // those do not count
     ++sweep;
-    progress.at(double(sweep) / most_sweeps);
+    progress.at(1 - 1.0 / (1 + sweep));
     if (is_enough) break;
   }
   return front.take();
