@@ -41,9 +41,7 @@ struct Noisy {
 
 /// ψ with the changes of the own rows, the halo filled.
 Signal changed(const Noisy& noisy, const Signal& change) {
-  Signal result = noisy.psi;
-  const std::vector<int>& own = noisy.part.own();
-  for (std::size_t n = 0; n < own.size(); ++n) result.row(own[n]) += change.row(Eigen::Index(n));
+  Signal result = with_own_changes(noisy.part, noisy.psi, change);
   noisy.processes.talking([&] { noisy.numbering.fill_halo(result); });
   return result;
 }
@@ -171,8 +169,7 @@ Exit denoise(Run& run) {
     return wanted.weight;
   });
   const Signal change = noise_taken_off({run, processes, *numbering, *part, spacing, psi}, wanted);
-  Signal after = psi;
-  for (std::size_t n = 0; n < part->own().size(); ++n) after.row(part->own()[n]) += change.row(Eigen::Index(n));
+  const Signal after = with_own_changes(*part, psi, change);
   run.result["method"] = "edges";
   write_result(run, processes, scene, *part, *outputs, psi, after);
   return Exit::done;

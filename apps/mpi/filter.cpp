@@ -11,7 +11,6 @@
 
 #include "equation.h"
 #include "mask.h"
-#include "mq/base/error.h"
 #include "mq/filter/halo_limit.h"
 #include "mq/filter/luminance.h"
 #include "options/mask_options.h"
@@ -59,10 +58,7 @@ Signal filtered(const Wanted& wanted, const std::vector<double>& beta) {
   const Signal B = change_of_gradients(wanted, beta);
   const Signal change =
       SharedEquation(wanted.run, wanted.processes, wanted.numbering, wanted.part, wanted.weight).solve(B);
-  Signal after = wanted.values;
-  for (std::size_t n = 0; n < wanted.part.own().size(); ++n)
-    after.row(wanted.part.own()[n]) += change.row(Eigen::Index(n));
-  return after;
+  return with_own_changes(wanted.part, wanted.values, change);
 }
 
 /// What `solve_without_halos` does.
@@ -114,7 +110,7 @@ Exit filter(Run& run) {
 
   Signal psi = read_values(run, processes, scene, *part);
   HaloOptions halo;
-  const double largest = processes.largest(psi.size() > 0 ? psi.maxCoeff() : 0);
+  const double largest = processes.largest(app::largest_value(psi));
   processes.together([&] { halo = app::asked_halos(options, scene.model, largest); });
   const bool luminance_alone = app::by_luminance(options, scene.model);
   Signal Y;

@@ -201,6 +201,11 @@ Signal own_rows(const TexelPart& part, const Signal& all) {
   return own;
 }
 
+Signal with_own_changes(const TexelPart& part, Signal all, const Signal& change) {
+  for (std::size_t n = 0; n < part.own().size(); ++n) all.row(part.own()[n]) += change.row(Eigen::Index(n));
+  return all;
+}
+
 namespace {
 
 /// Each process makes and writes its pictures.

@@ -48,6 +48,9 @@ std::int64_t count_own(const Processes& processes, const TexelPart& part, const 
 /// Own rows of a signal that has a row per unknown of the part's space.
 Signal own_rows(const TexelPart& part, const Signal& all);
 
+/// Such a signal with the changes of its own rows added; those of the halo stay.
+Signal with_own_changes(const TexelPart& part, Signal all, const Signal& change);
+
 /// Which process writes the picture of each texture: that with most of its texels. Every process must call it.
 std::vector<int> writers(const Processes& processes, const TexelPart& part, std::size_t textures);
 

@@ -32,7 +32,7 @@ void FilterTool::prepare(const Progress& progress) {
   about(session_.scene->model, [&] {
     paint_target_ = make_paint_target(session_, *run_, progress.step("assemble", 0.8));
     before_ = paint_target_->target().values();
-    const double halo = app::asked_halo(options_, session_.scene->model, before_.size() > 0 ? before_.maxCoeff() : 0);
+    const double halo = app::asked_halo(options_, session_.scene->model, app::largest_value(before_));
     if (std::isfinite(halo))
       limit_.emplace(paint_target_->target().space(), before_, HaloOptions{.fraction = halo},
                      progress.step("look around", 0.1));

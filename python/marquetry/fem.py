@@ -367,6 +367,10 @@ class GeodesicDistance(_Equation):
         return distance  # type: ignore[no-any-return]
 
 
+# Of a positive definite matrix what a factorisation misses is rounding.
+_MOST_MISSED = 1e-6
+
+
 class Solver(_Equation):
     """A X = B for a symmetric, positive definite matrix of scipy.sparse, prepared once.
 
@@ -390,10 +394,6 @@ class Solver(_Equation):
             raise SolverError(f"matrix: is singular, or nearly: what its factorisation finds misses b by {missed:.2g} "
                               "of it; wanted a positive definite one, such as regularised_system(1, w)")
         return solution  # type: ignore[no-any-return]
-
-
-# Of a positive definite matrix it is rounding.
-_MOST_MISSED = 1e-6
 
 
 def smooth(space: Space, signal: Any, length: Union[str, float], progress: Progress = None) -> Array:

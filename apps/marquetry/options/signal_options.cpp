@@ -95,6 +95,8 @@ double asked_halo(const OptionValues& options, const Model& model, double larges
   return is_light || is_normals ? infinity : HaloOptions{}.fraction;
 }
 
+double largest_value(const Signal& values) { return values.size() > 0 ? values.maxCoeff() : 0; }
+
 void add_space_option(OptionTable& table) {
   table.add({.name = "space",
              .type = Option::Type::choice,

@@ -44,6 +44,9 @@ void add_halo_option(OptionTable& table, const std::string& group);
 /// equation has them.
 double asked_halo(const OptionValues& options, const Model& model, double largest);
 
+/// The largest of the values, 0 of none.
+double largest_value(const Signal& values);
+
 /// Adds --space.
 void add_space_option(OptionTable& table);
 

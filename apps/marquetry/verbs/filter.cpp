@@ -126,7 +126,7 @@ Filtered filtered_by_strength(Run& run, const TexturedModel& scene, const ModelS
                               const Signal& before, const std::vector<double>& beta, HaloOptions& halo,
                               const Progress& progress) {
   const OptionValues& options = run.options();
-  halo = asked_halos(options, scene.model, before.size() > 0 ? before.maxCoeff() : 0);
+  halo = asked_halos(options, scene.model, largest_value(before));
   if (!by_luminance(options, scene.model)) return filtered(equation, target, before, beta, halo, progress);
   const Signal Y = luminance(before);
   Filtered found = filtered(equation, target, Y, beta, halo, progress);

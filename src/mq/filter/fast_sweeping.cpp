@@ -11,7 +11,6 @@
 #include "mq/filter/fast_sweeping.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "mq/base/infinity.h"
