@@ -21,7 +21,7 @@ TEST(React, GrowsAPatternThatTheSeedDecides) {
     const Result result = marquetry(folder, {"react", "strip.obj", "--scale", "8tx", "--time",
                                              "400", "--seed", seed, "-o", out, "--json"});
     EXPECT_EQ(result.status, 0) << result.error;
-    EXPECT_GT(result.json()["result"]["steps"], 100);
+    EXPECT_GT(result.json()["result"]["stages"].back()["steps"], 100);
     return read_texture(folder / out).pixels;
   };
   const Image<float> first = grow("1", "a.exr"), again = grow("1", "b.exr"),

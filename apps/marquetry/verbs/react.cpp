@@ -9,10 +9,9 @@
 #include "options/signal_options.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
-#include "mq/base/stopwatch.h"
 #include "mq/base/words.h"
 #include "mq/atlas/atlas.h"
-#include "mq/filter/reaction_diffusion.h"
+#include "mq/filter/pattern_growth.h"
 #include "mq/io/file_names.h"
 #include "mq/mesh/geometry.h"
 #include "mq/model/texture_fill.h"
@@ -71,15 +70,15 @@ Signal coloured(const Substances& state, const Colour& ground, const Colour& ink
 /// and a half.
 constexpr double most_steps = 1e8;
 
-int asked_steps(const OptionValues& options, double time_step) {
-  const double time = options.number("time"), steps = std::ceil(time / time_step);
+void require_bearable(const OptionValues& options, const PatternGrowth& growth) {
+  const double cost = growth.cost();
   require(
-      steps <= most_steps,
+      cost <= most_steps,
       fmt::format("--time {:g}: takes {:.3g} steps of {:.3g}, which is what a wave of --scale {} "
                   "allows on this surface; wanted at most {:g} steps: choose a shorter time, or "
                   "a smaller scale",
-                  time, steps, time_step, options.text("scale"), most_steps));
-  return int(steps);
+                  options.number("time"), cost, growth.stages().back().process->time_step(), options.text("scale"),
+                  most_steps));
 }
 
 /// "40 seconds", "12 minutes", "5 hours", "3 days".
@@ -90,19 +89,17 @@ std::string spoken(double seconds) {
   return counted(std::llround(seconds), "second");
 }
 
-/// Grows for so many steps. The first few are timed, and where all of them take long, says so.
-void grow(Run& run, const ReactionDiffusion& process, const Reaction& reaction, int steps,
-          Substances& state, const Progress& progress) {
+/// Where it takes long, says so.
+Substances grow(Run& run, const PatternGrowth& growth, const Reaction& reaction, Substances seeds,
+                const Progress& progress) {
   constexpr double long_wait = 20;  // seconds
-  const int first = std::min(steps, 4);
-  const Stopwatch watch;
-  process.run(reaction, first, state);
-  const double each = watch.seconds() / std::max(1, first), wait = each * (steps - first);
-  if (wait > long_wait)
-    run.terminal().remark(fmt::format("{} on {} take about {}; --time and --scale say how many",
-                                      counted(steps, "step"), counted(process.size(), "unknown"),
-                                      spoken(wait)));
-  process.run(reaction, steps - first, state, progress);
+  const auto expect = [&](double wait) {
+    if (wait > long_wait)
+      run.terminal().remark(fmt::format("as much as {} on {} takes about {}; --time and --scale say how many",
+                                        counted(std::llround(growth.cost()), "step"),
+                                        counted(growth.stages().back().process->size(), "unknown"), spoken(wait)));
+  };
+  return growth.grow(reaction, std::move(seeds), expect, progress);
 }
 
 /// The most there is of the second substance, which the pattern is made of.
@@ -148,6 +145,15 @@ void warn_of_coarse_texels(Run& run, const TexturedModel& scene, const ModelSign
                                       100 * coarse, least_stretched_texels));
 }
 
+/// Whether texels stand for several places of the surface, as those of mirrored halves do: each place would get a pattern
+/// of its own, and they can show but one. A few in folds do not matter.
+bool shows_places_twice(const ModelSignal& domain) {
+  constexpr double few = 0.005;
+  return std::ranges::any_of(domain.defects(), [&](const Defect& defect) {
+    return defect.kind == "overlapping_triangles" && double(defect.count) > few * domain.space().size();
+  });
+}
+
 /// Where nothing grew the picture is plain: says why. `seeds` is how much there was at first.
 void warn_of_nothing(Run& run, float seeds, const Substances& state) {
   constexpr float visible = 1.0F / 255;
@@ -175,7 +181,7 @@ Exit react(Run& run) {
 
   std::unique_ptr<ModelSignal> domain;
   std::unique_ptr<SignalSpace> along;
-  std::unique_ptr<ReactionDiffusion> process;
+  std::unique_ptr<PatternGrowth> growth;
   const GrayScottPreset preset = asked_preset(options);
   double wave_length = 0;
   {
@@ -186,26 +192,28 @@ Exit react(Run& run) {
       wave_length = std::sqrt(
           weight_from_length(parse_length(options.text("scale")), domain->space().scale()));
       require(wave_length > 0, "--scale must be more than 0");
-      process =
-          std::make_unique<ReactionDiffusion>(along ? *along : domain->space(), diffusivities(preset, wave_length),
-                                              1, step.progress().step("weights", 0.3));
+      growth = std::make_unique<PatternGrowth>(
+          along ? *along : domain->space(), along || shows_places_twice(*domain) ? nullptr : &scene.surface,
+          diffusivities(preset, wave_length), wave_length, options.number("time"), step.progress().step("weights", 0.3));
     });
   }
   warn_of_coarse_texels(run, scene, *domain,
                         along ? wave_length / std::hypot(1, options.number("kappa")) : wave_length,
                         along ? " across the field" : "");
-  const int steps = asked_steps(options, process->time_step());
-  Substances state =
-      seeded_substances(domain->space().positions(), wave_length, std::uint64_t(options.integer("seed")));
+  require_bearable(options, *growth);
+  Substances state = growth->seeds(std::uint64_t(options.integer("seed")));
   const float seeds = most_of_second(state);
   {
     const Step step(run, "react", 0.8);
-    grow(run, *process, gray_scott(preset.rates), steps, state, step);
+    state = grow(run, *growth, gray_scott(preset.rates), std::move(state), step);
   }
   warn_of_nothing(run, seeds, state);
-  run.result["steps"] = steps;
-  run.result["time_step"] = process->time_step();
-  run.result["slowed"] = process->slowed();
+  run.result["stages"] = Json::array();
+  for (const PatternGrowth::Stage& stage : growth->stages())
+    run.result["stages"].push_back({{"unknowns", stage.process->size()},
+                                    {"steps", std::int64_t(stage.steps)},
+                                    {"time_step", stage.process->time_step()},
+                                    {"slowed", stage.process->slowed()}});
   run.result["wave_length"] = wave_length;
 
   const Step step(run, "write", 0.05);

@@ -66,6 +66,7 @@ ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const 
   };
   std::vector<int> all(starts_.places.size());
   std::iota(all.begin(), all.end(), 0);
+  const Progress following = progress.step("follow paths", most);
   double weights = 2;  // 1 + cos 0
   add(all, starts_.places, weights);
   for (const AtlasFlow* flow : {&forward_, &backward_}) {
@@ -85,14 +86,15 @@ ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const 
       const double weight = 1 + std::cos(std::numbers::pi * k / (steps + 1));
       add(paths, places, weight);
       weights += weight;
-      progress.at(most * ((flow == &forward_ ? 0 : steps) + k) / (2.0 * steps));
+      following.at(((flow == &forward_ ? 0 : steps) + k) / (2.0 * steps));
     }
   }
   for (Eigen::Index i = 0; i < kept.size(); ++i)
     result.signal.row(i) = mean + clear_[std::size_t(i)] / std::max(kept[i], weights / 2) * result.signal.row(i);
   // Texels outside charts alone give way, until no difference is left.
   const Signal none = Signal::Zero(signal.rows(), signal.cols());
-  result.signal = agree_at_seams(domain_, result.signal, none, Vector::Ones(signal.rows()), starts_.outside);
+  result.signal = agree_at_seams(domain_, result.signal, none, Vector::Ones(signal.rows()), starts_.outside,
+                                 progress.step("agree at seams", 1 - most));
   progress.at(1);
   return result;
 }

@@ -1,6 +1,7 @@
 #include "mq/filter/seam_agreement.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "mq/base/error.h"
@@ -70,12 +71,17 @@ Vector shares_of_points(const SparseMatrix& D, const Vector& kept) {
 }
 
 /// δ of (DᵀD + ε) δ = b where `open` is 1, by conjugate gradients scaled by the diagonal; b is 0 elsewhere.
-Vector solve(const SparseMatrix& D, const Vector& weight, const Vector& open, const Vector& diagonal, Vector residual) {
+Vector solve(const SparseMatrix& D, const Vector& weight, const Vector& open, const Vector& diagonal, Vector residual,
+             const Progress& progress) {
   Vector delta = Vector::Zero(residual.size()), z = residual.cwiseQuotient(diagonal), p = z;
   double rho = residual.dot(z);
   const double enough = tolerance * tolerance * rho;
+  Vector differences(D.rows()), q(residual.size());
   for (int k = 0; k < most_iterations && rho > enough; ++k) {
-    const Vector q = Vector(D.transpose() * Vector(D * p)).cwiseProduct(open) + weight.cwiseProduct(p);
+    progress.check();
+    differences.noalias() = D * p;
+    q.noalias() = D.transpose() * differences;
+    q = q.cwiseProduct(open) + weight.cwiseProduct(p);
     const double step = rho / p.dot(q);
     delta += step * p;
     residual -= step * q;
@@ -90,7 +96,7 @@ Vector solve(const SparseMatrix& D, const Vector& weight, const Vector& open, co
 }  // namespace
 
 Signal agree_at_seams(const TraceAtlas& domain, const Signal& signal, const Signal& before, const Vector& kept,
-                      const std::vector<char>& outside) {
+                      const std::vector<char>& outside, const Progress& progress) {
   require(signal.rows() == domain.space().size() && std::ssize(outside) == domain.space().size() &&
               kept.size() == signal.rows() && before.rows() == signal.rows() && before.cols() == signal.cols(),
           "one row and one mark per texel are needed");
@@ -109,6 +115,9 @@ Signal agree_at_seams(const TraceAtlas& domain, const Signal& signal, const Sign
     for (SparseMatrix::InnerIterator it(seams.D, r); it; ++it) diagonal[it.col()] += it.value() * it.value();
   share = shares_of_points(seams.D, share);
   Signal result = signal;
+  const double all = double(signal.cols() * rounds);
+  std::atomic<int> done = 0;
+  progress.at(0.3);
   parallel_for(
       signal.cols(),
       [&](std::int64_t c) {
@@ -118,7 +127,8 @@ Signal agree_at_seams(const TraceAtlas& domain, const Signal& signal, const Sign
         for (int round = 0; round < rounds; ++round) {
           const Vector wrong = seams.D * values - target;
           const Vector delta =
-              solve(seams.D, weight, free, diagonal, -Vector(seams.D.transpose() * wrong).cwiseProduct(free));
+              solve(seams.D, weight, free, diagonal, -Vector(seams.D.transpose() * wrong).cwiseProduct(free), progress);
+          progress.at(0.3 + 0.7 * ++done / all);
           for (Eigen::Index k = 0; k < count; ++k) {
             if (delta[k] == 0) continue;
             const double wanted = values[k] + delta[k];

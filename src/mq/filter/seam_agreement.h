@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "mq/base/progress.h"
 #include "mq/linear/matrix.h"
 #include "mq/trace/trace_atlas.h"
 
@@ -18,6 +19,6 @@ namespace mq {
 /// `hold / (1 − κ)` at others: where κ is 1 they stay as they are, bit for bit. No value leaves the range of its channel
 /// in φ. Costs up to 100 products of a row per point.
 Signal agree_at_seams(const TraceAtlas& domain, const Signal& signal, const Signal& before, const Vector& kept,
-                      const std::vector<char>& outside);
+                      const std::vector<char>& outside, const Progress& progress = {});
 
 }  // namespace mq

@@ -89,7 +89,7 @@ ChartPlace beside(const TraceAtlas& domain, ChartPlace at, double x, double y) {
 
 /// Where texels differ from those around them the mean of paths from `texel_parts` takes the place of the one path.
 void smooth_outlines(const AtlasFlow& flow, const Signal& signal, const TraceAtlas::Starts& starts, double time,
-                     Signal& result) {
+                     Signal& result, const Progress& progress) {
   const TraceAtlas& domain = flow.domain();
   const std::vector<int> texels = texels_at_jumps(domain, signal, result, starts);
   constexpr std::size_t most = 1 << 17;  // at once
@@ -101,7 +101,8 @@ void smooth_outlines(const AtlasFlow& flow, const Signal& signal, const TraceAtl
       const auto [x, y] = texel_parts[n % parts];
       from[n] = beside(domain, starts.places[std::size_t(texels[first + n / parts])], x, y);
     }
-    const std::vector<ChartPlace> to = flow.trace(from, time).ends;
+    const std::vector<ChartPlace> to =
+        flow.trace(from, time, progress.step("follow paths", double(count) / double(texels.size()))).ends;
     parallel_for(std::int64_t(count), [&](std::int64_t n) {
       const int texel = texels[first + std::size_t(n)];
       Signal found(std::int64_t(parts), signal.cols());
@@ -138,8 +139,8 @@ TextureShock::TextureShock(const Surface& surface, const Atlas& atlas, const Tex
   std::vector<SolveReport> solves;
   // First: the solver needs more memory than all else.
   Vector P = shock_potential(space, signal, options.weights, options.solver, &solves,
-                                   progress.step("potential", 0.68));
-  data_ = std::make_unique<Data>(surface, atlas, space, std::move(signal), progress.step("order cells", 0.05));
+                                   progress.step("potential", 0.52));
+  data_ = std::make_unique<Data>(surface, atlas, space, std::move(signal), progress.step("order cells", 0.04));
   data_->solves = std::move(solves);
   data_->rate = potential_rate(space, P);
   data_->area = space.scale().area;
@@ -159,18 +160,20 @@ ShockedTexture TextureShock::at(const ShockTime& time, const Progress& progress)
   shocked.time = time_from(time, data_->rate, data_->area);
   const Stopwatch watch;
   const TracedTexels traced =
-      data_->flow->trace(data_->starts.places, shocked.time, progress.step("follow paths", 0.24));
+      data_->flow->trace(data_->starts.places, shocked.time, progress.step("follow paths", 0.12));
   shocked.counts = traced.counts;
   shocked.signal = data_->signal;
   Vector kept;
   if (shocked.time > 0) {
     kept = look_up(data_->domain, data_->signal, data_->starts.places, traced.ends, shocked.signal);
-    smooth_outlines(*data_->flow, data_->signal, data_->starts, shocked.time, shocked.signal);
+    smooth_outlines(*data_->flow, data_->signal, data_->starts, shocked.time, shocked.signal,
+                    progress.step("outlines", 0.16));
   }
   shocked.path_seconds = watch.seconds();
   if (shocked.time > 0) {
     // Of what disagreed before less is left than of values: what moves half a texel may as well agree.
-    shocked.signal = agree_at_seams(data_->domain, shocked.signal, data_->signal, kept.cwiseAbs2(), data_->starts.outside);
+    shocked.signal = agree_at_seams(data_->domain, shocked.signal, data_->signal, kept.cwiseAbs2(), data_->starts.outside,
+                                    progress.step("agree at seams", 0.16));
   }
   progress.at(1);
   return shocked;

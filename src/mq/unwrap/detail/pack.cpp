@@ -261,10 +261,12 @@ Plan changed(const Plan& plan, const Random& random, std::uint64_t trial) {
 /// The largest scale that fits, between one that does (or is 0) and one that may not, and its
 /// places.
 template <class PlaceAt>
-std::pair<double, Places> largest_scale(double low, double high, const PlaceAt& place_at) {
+std::pair<double, Places> largest_scale(double low, double high, const PlaceAt& place_at, const Progress& progress = {}) {
   Places best;
   const double least = 1e-4 * high;  // where nothing fits at all
-  while (high - low > precision * high && high > least) {
+  const double halvings = std::log2((high - low) / (precision * high));
+  for (int halved = 0; high - low > precision * high && high > least; ++halved) {
+    progress.at(halved / (halvings + 1));
     const double middle = (low + high) / 2;
     if (Places places = place_at(middle))
       best = std::move(places), low = middle;
@@ -375,9 +377,9 @@ Packing pack(const std::vector<PackChart>& charts, const PackOptions& options,
                   "texture or a smaller gutter",
                   charts.size(), options.gutter, options.width, options.height));
   auto [scale, places] = try_plans(quick, charts, options, contents.charts, perfect / step,
-                                   progress.step("try orders", 0.93));
+                                   progress.step("try orders", 0.57));
 
-  const Progress sliding = progress.step("slide", 0.07);
+  const Progress sliding = progress.step("slide", 0.43);
   Packer& last = step == 1 ? quick : exact;
   if (step > 1 && places) {
     std::vector<int> direction;
@@ -396,11 +398,11 @@ Packing pack(const std::vector<PackChart>& charts, const PackOptions& options,
       return Places();
     };
     std::tie(scale, places) =
-        largest_scale(before * 0.9, std::min(perfect, before * 1.15), place_at);
+        largest_scale(before * 0.9, std::min(perfect, before * 1.15), place_at, sliding);
   }
   if (!places)
     std::tie(scale, places) = largest_scale(
-        1e-3 * perfect, perfect, [&](double s) { return last.place_all(any, s, sliding); });
+        1e-3 * perfect, perfect, [&](double s) { return last.place_all(any, s, sliding); }, sliding);
   if (!places) places = last.place_all(any, scale, sliding);
   Packing packing;
   packing.scale = scale * cell;

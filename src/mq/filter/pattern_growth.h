@@ -1,0 +1,63 @@
+#pragma once
+/// A pattern of reaction and diffusion from its seeds to its end, in as few unknowns as its waves need.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/fem/evenly_spaced_surface.h"
+#include "mq/filter/reaction_diffusion.h"
+
+namespace mq {
+
+/// An explicit step of time may be as long as the square of the spacing, so that a wave of n texels takes n⁴ of
+/// something on a surface, and the smallest texels decide. But a pattern with waves of `vertices_per_wave` vertices grows
+/// as one with more, and stays where it is when it is looked at more finely. So it grows on an evenly spaced surface,
+/// and takes the last of its time on the texels, or vertices, that are asked for. Where these are not many more, all of it
+/// takes place on them.
+class PatternGrowth {
+ public:
+  /// With 12 the decay of a wave is taken for 2 % faster than it is, (2π/12)²/12; with 8 spots get longish, as vertices do not
+  /// lie evenly enough.
+  static constexpr double vertices_per_wave = 12;
+
+  /// Time on the space at the end: in a few units a pattern's own spreading levels what is as fine as the surface before.
+  static constexpr double last_time = 16;
+
+  /// `wave_length` in model units. `surface`: that of the space, whose metric it has; null where there is none with that
+  /// metric. Both must outlive it. Throws what `ReactionDiffusion` throws.
+  PatternGrowth(const SignalSpace& space, const Surface* surface, std::array<double, 2> diffusivity, double wave_length,
+                double time, const Progress& progress = {});
+
+  /// A run on the evenly spaced surface, or on the space.
+  struct Stage {
+    const ReactionDiffusion* process;
+    double steps;  ///< a whole number, however large
+  };
+  /// One or two; the last is that on the space.
+  std::vector<Stage> stages() const;
+
+  /// What all of it costs, in steps on the space.
+  double cost() const;
+
+  /// `seeded_substances` where it begins.
+  Substances seeds(std::uint64_t seed) const;
+
+  /// Told, after the first few steps, how many seconds the others will take.
+  using Expect = std::function<void(double seconds)>;
+
+  /// What becomes of `seeds`, per unknown of the space. Throws `InvalidInput` for more than 2³¹ steps.
+  Substances grow(const Reaction& reaction, Substances seeds, const Expect& expect = {},
+                  const Progress& progress = {}) const;
+
+ private:
+  const SignalSpace& space_;
+  double wave_length_, time_;
+  ReactionDiffusion process_;
+  std::unique_ptr<EvenlySpacedSurface> even_;
+  std::optional<ReactionDiffusion> even_process_;
+};
+
+}  // namespace mq
