@@ -23,6 +23,7 @@
 #include "mq/fem/vertex_space.h"
 #include "mq/flow/surface_registration.h"
 #include "mq/track/deformation_graph.h"
+#include "mq/track/detail/alone.h"
 #include "mq/track/detail/shares.h"
 #include "mq/track/recognised_positions.h"
 
@@ -43,44 +44,9 @@ constexpr double arrived = 2e-3;
 /// Of a pair of points that do not find each other: how far apart both ways may end, in reaches
 /// and in the distance itself.
 constexpr double mutual_reaches = 2, mutual_part = 0.5;
-/// What one surface has and the other does not, such as a handle: points so many times farther from the
-/// other than the places they find there are from theirs, beyond the reach; and all that hang together
-/// with these and are farther than this part of the reach.
-constexpr double alone_times = 2, alone_part = 0.5;
 
 Vector3 normal_at(const Mesh& mesh, const std::vector<Vector3>& normals, const SurfacePoint& p) {
   return value_at(mesh, normals, p).normalized();
-}
-
-int nearest_corner(const Mesh& mesh, const ClosestPoint& p) {
-  int corner = 0;
-  p.barycentric.maxCoeff(&corner);
-  return mesh.triangles[p.triangle][corner];
-}
-
-/// Per vertex of a mesh 1 where the other one has nothing like it: `from` are the points of the other one
-/// nearest to its vertices, `back` those of the mesh nearest to the other's vertices.
-std::vector<char> alone(const Mesh& mesh, const std::vector<ClosestPoint>& from, const Mesh& other,
-                        const std::vector<ClosestPoint>& back, double reach) {
-  std::vector<char> found(from.size(), 0), open(from.size(), 0);
-  bool any = false;
-  for (std::size_t v = 0; v < from.size(); ++v) {
-    const double distance = std::sqrt(from[v].squared_distance);
-    open[v] = distance > alone_part * reach;
-    if (!open[v]) continue;
-    const double returned = std::sqrt(back[nearest_corner(other, from[v])].squared_distance);
-    found[v] = distance > alone_times * returned + reach;
-    any |= found[v] != 0;
-  }
-  for (bool grows = any; grows;) {
-    grows = false;
-    for (const Triangle& t : mesh.triangles) {
-      if (!found[t[0]] && !found[t[1]] && !found[t[2]]) continue;
-      for (const int v : t)
-        if (open[v] && !found[v]) found[v] = 1, grows = true;
-    }
-  }
-  return found;
 }
 
 /// A point of the template and one of the target that may be the same.
