@@ -108,6 +108,28 @@ TEST_F(StoredParts, AreJoinedToWhatOneRunFollows) {
     EXPECT_EQ(again.mesh().frames[f].positions, joined.mesh().frames[f].positions) << f;
 }
 
+/// Parts that were followed by shape take a vase that turns for one at rest.
+TEST_F(StoredParts, AreCorrectedByColoursWhereTheyAreJoined) {
+  const std::vector<MemoryFrames::Frame> all = moving_frames("spinning", 0, 7, {.triangles = 1000});
+  SequenceTrackerOptions options = coarse({.follow = {.truth = Truth::material}});
+  const auto first = follow_part(all, 0, 4, "first.evolving", options),
+             second = follow_part(all, 4, 4, "second.evolving", options);
+  options.follow.motion = std::make_shared<StoredMotion>(std::vector{first, second});
+  const auto joined = [&](TemplateFollowerOptions::Colours colours) {
+    options.follow.colours = colours;
+    MemoryStore store;
+    return SequenceTracker(MemoryFrames(all), store, options).run().frames;
+  };
+  const auto by_shape = joined(TemplateFollowerOptions::Colours::left),
+             by_colour = joined(TemplateFollowerOptions::Colours::used);
+  for (std::size_t f = 1; f < all.size(); ++f) {
+    EXPECT_EQ(by_colour[f].match->known, f != 4) << f;
+    EXPECT_LT(by_colour[f].drift->mean_edges, 0.75 * by_shape[f].drift->mean_edges) << f;
+    EXPECT_LT(by_colour[f].distance.p95, 1.2 * by_shape[f].distance.p95) << f;
+  }
+  EXPECT_LT(by_colour.back().drift->mean_edges, 0.25 * by_shape.back().drift->mean_edges);
+}
+
 TEST_F(StoredParts, LetTrianglesLiveOnFromPartToPartWhereBodiesMerge) {
   const std::vector<MemoryFrames::Frame> all = merging(9, 14);
   SequenceTrackerOptions options = coarse({.follow = {.remeshing = Remeshing::parts}});
