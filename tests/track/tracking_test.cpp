@@ -205,6 +205,27 @@ TEST(Tracking, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one, run(7));
 }
 
+/// It leads a frame too far.
+TEST(Tracking, OfAMotionThatIsKnownIsCorrectedByColours) {
+  const MovingOptions moving{.triangles = 1500};
+  const MovingFrame a = make_moving_frame("spinning", 0, moving), b = make_moving_frame("spinning", 1, moving);
+  std::vector<Vector3> known;
+  for (const Vector3& m : a.material) known.push_back(moved_material("spinning", m, 2, moving));
+  const auto slid = [&](int cycles, int threads) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+    SurfaceTracker tracker(a.mesh, colours_of(a), {.node_spacing = 0.1, .colour_cycles = cycles});
+    return tracker.follow_known(a.mesh.positions, known, TrackTarget(b.mesh, colours_of(b)));
+  };
+  const auto mean_drift = [&](const TrackedFrame& frame) {
+    return summary(drift(frame.positions, a.material, {b.mesh, material_of(b)}, 0.05)).mean;
+  };
+  const TrackedFrame by_colour = slid(1, 1), by_shape = slid(0, 1);
+  EXPECT_TRUE(by_colour.known);
+  EXPECT_LT(mean_drift(by_colour), 0.75 * mean_drift(by_shape));
+  EXPECT_LT(by_colour.distance.p95, 1.1 * by_shape.distance.p95);
+  EXPECT_EQ(slid(1, 3).positions, by_colour.positions);
+}
+
 TEST(Tracking, RefusesSizesThatDoNotFit) {
   const Mesh mesh = cleaned(ball_mesh()).mesh;
   SurfaceTracker tracker(mesh);

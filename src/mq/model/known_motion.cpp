@@ -5,8 +5,19 @@
 #include "mq/base/error.h"
 #include "mq/mesh/closest_point.h"
 #include "mq/mesh/surface_point.h"
+#include "mq/track/track_template.h"
 
 namespace mq {
+namespace {
+
+/// Whether a part replaced triangles in this frame only as they were distorted: the surface stayed what it was. What
+/// comes, goes or parts moves unlike what is around it.
+bool is_made_anew_in_place(const StoredFrame& frame) {
+  const auto replaced = followed_frame(frame.number, frame.measured).replaced;
+  return replaced && replaced->template_seeds == 0 && replaced->target_seeds == 0;
+}
+
+}  // namespace
 
 StoredMotion::StoredMotion(const std::vector<std::filesystem::path>& stores) {
   for (const std::filesystem::path& path : stores) {
@@ -31,10 +42,14 @@ std::optional<std::vector<Vector3>> StoredMotion::moved(int before, int after, s
       from->second.frame + 1 != to->second.frame)
     return {};
   const EvolvingReader& store = *stores_[std::size_t(from->second.store)];
-  const auto segment_of = [&](const Place& place) { return store.frames()[std::size_t(place.frame)].segment; };
-  if (segment_of(from->second) != segment_of(to->second)) return {};
-  const Mesh mesh = mesh_of(store.segment(segment_of(from->second)), store.positions(from->second.frame));
-  const std::vector<Vector3> there = store.positions(to->second.frame);
+  const StoredFrame &first = store.frames()[std::size_t(from->second.frame)],
+                    &next = store.frames()[std::size_t(to->second.frame)];
+  if (first.segment != next.segment && !is_made_anew_in_place(next)) return {};
+  const EvolvingSegment segment = store.segment(first.segment);
+  const Mesh mesh = mesh_of(segment, store.positions(from->second.frame));
+  std::vector<Vector3> there = store.positions(to->second.frame);
+  if (first.segment != next.segment)
+    there = positions_before(store.segment(next.segment), there, segment, mesh.positions);
   const std::vector<ClosestPoint> nearest = ClosestPointFinder(mesh)(points);
   std::vector<Vector3> result(points.begin(), points.end());
   for (std::size_t i = 0; i < result.size(); ++i)

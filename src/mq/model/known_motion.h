@@ -24,7 +24,7 @@ class KnownMotion {
   virtual bool has(int frame) const = 0;
 
   /// Where points near the surface as it is in frame `before` are in frame `after`. Nothing where no part followed one
-  /// from the other with the same triangles: at the first frame of a part, and where triangles were replaced.
+  /// from the other, as at the first frame of a part, or where it replaced what came or went.
   virtual std::optional<std::vector<Vector3>> moved(int before, int after, std::span<const Vector3> points) const = 0;
 
   /// Throws `InvalidInput` where a part followed this frame from other files than these.
@@ -34,6 +34,9 @@ class KnownMotion {
 /// That of stores. A point moves as the nearest point of what followed its frame does:
 ///
 ///     p ↦ p + x′(q) − x(q),   q the point of the surface nearest to p, x and x′ where it is before and after.
+///
+/// Where a part only replaced what was distorted vertices that stayed say so, and those that are gone moved as their
+/// neighbours along edges did.
 ///
 /// Costs a search for each point, in parallel, and the decoding of both frames.
 class StoredMotion : public KnownMotion {

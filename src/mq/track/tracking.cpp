@@ -23,6 +23,7 @@
 #include "mq/fem/vertex_space.h"
 #include "mq/flow/surface_registration.h"
 #include "mq/track/deformation_graph.h"
+#include "mq/track/detail/alone.h"
 #include "mq/track/detail/shares.h"
 #include "mq/track/recognised_positions.h"
 
@@ -43,44 +44,9 @@ constexpr double arrived = 2e-3;
 /// Of a pair of points that do not find each other: how far apart both ways may end, in reaches
 /// and in the distance itself.
 constexpr double mutual_reaches = 2, mutual_part = 0.5;
-/// What one surface has and the other does not, such as a handle: points so many times farther from the
-/// other than the places they find there are from theirs, beyond the reach; and all that hang together
-/// with these and are farther than this part of the reach.
-constexpr double alone_times = 2, alone_part = 0.5;
 
 Vector3 normal_at(const Mesh& mesh, const std::vector<Vector3>& normals, const SurfacePoint& p) {
   return value_at(mesh, normals, p).normalized();
-}
-
-int nearest_corner(const Mesh& mesh, const ClosestPoint& p) {
-  int corner = 0;
-  p.barycentric.maxCoeff(&corner);
-  return mesh.triangles[p.triangle][corner];
-}
-
-/// Per vertex of a mesh 1 where the other one has nothing like it: `from` are the points of the other one
-/// nearest to its vertices, `back` those of the mesh nearest to the other's vertices.
-std::vector<char> alone(const Mesh& mesh, const std::vector<ClosestPoint>& from, const Mesh& other,
-                        const std::vector<ClosestPoint>& back, double reach) {
-  std::vector<char> found(from.size(), 0), open(from.size(), 0);
-  bool any = false;
-  for (std::size_t v = 0; v < from.size(); ++v) {
-    const double distance = std::sqrt(from[v].squared_distance);
-    open[v] = distance > alone_part * reach;
-    if (!open[v]) continue;
-    const double returned = std::sqrt(back[nearest_corner(other, from[v])].squared_distance);
-    found[v] = distance > alone_times * returned + reach;
-    any |= found[v] != 0;
-  }
-  for (bool grows = any; grows;) {
-    grows = false;
-    for (const Triangle& t : mesh.triangles) {
-      if (!found[t[0]] && !found[t[1]] && !found[t[2]]) continue;
-      for (const int v : t)
-        if (open[v] && !found[v]) found[v] = 1, grows = true;
-    }
-  }
-  return found;
 }
 
 /// A point of the template and one of the target that may be the same.
@@ -91,6 +57,17 @@ struct Match {
   double mass = 0;                   ///< share of the area it stands for
   double weight = 0;
 };
+
+/// How the template follows colours.
+struct ColourPull {
+  int cycles = 1;   ///< of registration
+  int steps = 1;    ///< of Gauss and Newton in each
+  double part = 1;  ///< of the way that the flow says
+};
+
+/// Beside a motion that is known, and has followed colours itself: what has slid since the first frame grows slowly, and
+/// errors of the flow, which differ from frame to frame, are halved with it.
+constexpr ColourPull pull_of_known{.cycles = 1, .steps = 1, .part = 0.5};
 
 }  // namespace
 
@@ -119,9 +96,9 @@ struct SurfaceTracker::State {
   void deform_graph(std::span<const Vector3> current, const TrackTarget& target,
                     TrackedFrame& frame, std::vector<NodeMotion>& motions,
                     const Progress& progress);
-  void follow_colours(std::span<const Vector3> current, const TrackTarget& target,
-                      TrackedFrame& frame, std::vector<NodeMotion>& motions,
-                      const Progress& progress);
+  bool sees_colours(const TrackTarget& target) const;
+  void follow_colours(std::span<const Vector3> current, const TrackTarget& target, const ColourPull& pull,
+                      TrackedFrame& frame, std::vector<NodeMotion>& motions, const Progress& progress);
   void keep_rest(std::span<const Vector3> current, const std::vector<NodeMotion>& motions,
                  const std::vector<NodeMotion>& turned);
   void snap(const TrackTarget& target, TrackedFrame& frame, const Progress& progress);
@@ -262,11 +239,14 @@ void SurfaceTracker::State::deform_graph(std::span<const Vector3> current,
   now.mesh.positions = graph.deformed(current, motions);
 }
 
+bool SurfaceTracker::State::sees_colours(const TrackTarget& target) const {
+  return options.colour_cycles > 0 && colours.size() > 0 && target.colours().cols() == colours.cols();
+}
+
 /// Steps 2 to 5 of the thesis' 4.8.2, as often as asked for.
-void SurfaceTracker::State::follow_colours(std::span<const Vector3> current,
-                                           const TrackTarget& target, TrackedFrame& frame,
-                                           std::vector<NodeMotion>& motions,
-                                           const Progress& progress) {
+void SurfaceTracker::State::follow_colours(std::span<const Vector3> current, const TrackTarget& target,
+                                           const ColourPull& pull, TrackedFrame& frame,
+                                           std::vector<NodeMotion>& motions, const Progress& progress) {
   const std::vector<NodeMotion> turned = graph.fitted(rest.mesh.positions, current);
   const Mesh& other = target.surface().mesh;
   MeshFlowOptions flow;
@@ -278,12 +258,12 @@ void SurfaceTracker::State::follow_colours(std::span<const Vector3> current,
   const ColourRegistrar registrar(target.surface(), target.colours(), flow,
                                   progress.step("colours' meshes", 0.2));
   frame.seconds.colour += preparing.seconds();
-  for (int cycle = 0; cycle < options.colour_cycles; ++cycle) {
+  for (int cycle = 0; cycle < pull.cycles; ++cycle) {
     const Stopwatch colouring;
     const ColourRegistration registered =
-        registrar(now, colours, progress.step("colours", 0.8 / options.colour_cycles));
+        registrar(now, colours, progress.step("colours", 0.8 / pull.cycles));
     frame.seconds.colour += colouring.seconds();
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < pull.steps; ++i) {
       const Stopwatch corresponding;
       std::vector<Match> found = matches(target);
       weigh(found, 1);
@@ -299,7 +279,7 @@ void SurfaceTracker::State::follow_colours(std::span<const Vector3> current,
         if (!n.allFinite()) continue;
         constraints[v].add(options.colour_weight * shares[v] * registered.confidences[v] *
                                (Eigen::Matrix3d::Identity() - n * n.transpose()),
-                           point_at(other, p) - now.mesh.positions[v]);
+                           pull.part * (point_at(other, p) - now.mesh.positions[v]));
       }
       graph.gauss_newton_step(current, constraints, rest.mesh.positions, turned,
                               {options.colour_stiffness, options.elasticity}, motions);
@@ -410,10 +390,11 @@ void SurfaceTracker::State::snap(const TrackTarget& target, TrackedFrame& frame,
 void SurfaceTracker::State::lie_on(std::span<const Vector3> current, const TrackTarget& target,
                                    TrackedFrame& frame, std::vector<NodeMotion> motions,
                                    const Progress& progress) {
-  const bool by_colour =
-      options.colour_cycles > 0 && colours.size() > 0 && target.colours().cols() == colours.cols();
+  const bool by_colour = sees_colours(target);
   deform_graph(current, target, frame, motions, progress.step("deform", by_colour ? 0.3 : 0.8));
-  if (by_colour) follow_colours(current, target, frame, motions, progress.step("colours", 0.5));
+  if (by_colour)
+    follow_colours(current, target, {.cycles = options.colour_cycles, .steps = 2}, frame, motions,
+                   progress.step("colours", 0.5));
   keep_rest(current, motions, graph.fitted(rest.mesh.positions, current));
   settle(target, frame, progress.step("snap", 0.2));
 }
@@ -487,10 +468,14 @@ TrackedFrame SurfaceTracker::follow_known(std::span<const Vector3> current, std:
   const Stopwatch watch;
   TrackedFrame frame;
   frame.known = true;
-  const std::vector<NodeMotion> motions = s.graph.fitted(current, moved);
-  s.now.mesh.positions = std::move(moved);
-  s.keep_rest(current, motions, s.graph.fitted(s.rest.mesh.positions, current));
-  s.settle(target, frame, progress);
+  s.now.mesh.positions = moved;
+  const bool by_colour = s.sees_colours(target);
+  if (by_colour) {
+    std::vector<NodeMotion> slid(std::size_t(s.graph.node_count()));
+    s.follow_colours(moved, target, pull_of_known, frame, slid, progress.step("colours", 0.8));
+  }
+  s.keep_rest(current, s.graph.fitted(current, s.now.mesh.positions), s.graph.fitted(s.rest.mesh.positions, current));
+  s.settle(target, frame, progress.step("snap", by_colour ? 0.2 : 1));
   frame.seconds.total = watch.seconds();
   return frame;
 }

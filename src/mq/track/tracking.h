@@ -140,7 +140,9 @@ class SurfaceTracker {
                       const TrackTarget& target, const Progress& progress = {});
 
   /// The same where it is known that the template, now at `current`, moved to `moved`: that is brought onto the target
-  /// as the end of `follow` does, with some of the rest shape. No graph is deformed, which is what takes the time.
+  /// as the end of `follow` does, with some of the rest shape. Where colours are used it goes half of the way that they
+  /// say before, in one registration whatever `colour_cycles`. The graph is not pulled onto the target step by step,
+  /// which is what takes the time.
   TrackedFrame follow_known(std::span<const Vector3> current, std::vector<Vector3> moved, const TrackTarget& target,
                             const Progress& progress = {});
 
