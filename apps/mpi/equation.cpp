@@ -23,21 +23,26 @@ constexpr double usual_tolerance = 1e-7;
 
 Solver asked_solver(const OptionValues& options) {
   const std::string name = options.text("solver");
+  if (name == "bddc") return Solver::bddc;
   return name == "boomeramg" ? Solver::boomeramg : name == "gamg" ? Solver::gamg : Solver::multigrid;
 }
 
 }  // namespace
 
-void add_shared_solver_options(OptionTable& table, const std::string& usual_solver) {
+void add_shared_solver_options(OptionTable& table, const std::string& usual_solver,
+                               const std::vector<std::string>& further_solvers) {
+  std::vector<std::string> solvers{"multigrid", "boomeramg", "gamg"};
+  solvers.insert(solvers.end(), further_solvers.begin(), further_solvers.end());
   table.add({.name = "solver",
              .type = Option::Type::choice,
              .default_value = usual_solver,
-             .choices = {"multigrid", "boomeramg", "gamg"},
+             .choices = solvers,
              .metavar = "HOW",
              .group = "Solver",
              .help = "what iterations are preconditioned by",
              .details = "multigrid: the cycle of marquetry in every process, and a coarse level that all share. "
-                        "boomeramg, gamg: the algebraic multigrids of hypre and PETSc, to compare with."});
+                        "boomeramg, gamg: the algebraic multigrids of hypre and PETSc, to compare with. bddc, of "
+                        "filter and stitch: PETSc's balancing of subdomains by constraints, to compare with."});
   app::add_stopping_options(table, app::as_typed(usual_tolerance),
                             fmt::format("Else they give up after {}, with a warning.", usual_cycles));
 }
@@ -46,6 +51,7 @@ SharedEquation::SharedEquation(Run& run, const Processes& processes, const Numbe
                                double weight)
     : SharedEquation(run, processes, numbering, part, [&](const TexelSpace& space, const Progress& progress) {
         SparseMatrix A = space.regularised_system(1, weight, progress);
+        if (asked_solver(run.options()) == Solver::bddc) subdomain_ = Subdomain(part, numbering, A, weight);
         part.let_go_of_space();
         return A;
       }) {}
@@ -76,9 +82,12 @@ Signal SharedEquation::solve(const Signal& B) {
   {
     const Step step(run_, "prepare", 0.2);
     processes_.talking([&] {
-      preconditioner = make_preconditioner(asked_solver(run_.options()), processes_, *matrix_, numbering_,
-                                           part_, texels_);
+      const Solver solver = asked_solver(run_.options());
+      preconditioner = solver == Solver::bddc ? bddc(*matrix_, subdomain_)
+                                              : make_preconditioner(solver, processes_, *matrix_, numbering_, part_,
+                                                                    texels_);
     });
+    subdomain_ = {};
     texels_ = {};
   }
   const Step step(run_, "solve", 0.3);

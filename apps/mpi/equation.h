@@ -4,17 +4,20 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "mq/base/options.h"
 #include "mq/fem/texel_part.h"
 #include "numbering.h"
 #include "shared_matrix.h"
 #include "shell/run.h"
+#include "subdomain.h"
 
 namespace mq::shared {
 
-/// Adds --solver, --tolerance and --cycles.
-void add_shared_solver_options(OptionTable& table, const std::string& usual_solver = "multigrid");
+/// Adds --solver, of these choices besides multigrid, boomeramg and gamg, --tolerance and --cycles.
+void add_shared_solver_options(OptionTable& table, const std::string& usual_solver = "multigrid",
+                               const std::vector<std::string>& further_solvers = {});
 
 class SharedEquation {
  public:
@@ -25,7 +28,7 @@ class SharedEquation {
   SharedEquation(app::Run& run, const Processes& processes, const Numbering& numbering, const TexelPart& part,
                  const Assemble& assemble);
 
-  /// M + w·S; `part` lets go of its space.
+  /// M + w·S, which BDDC solves too; `part` lets go of its space.
   SharedEquation(app::Run& run, const Processes& processes, const Numbering& numbering, TexelPart& part, double weight);
 
   /// δ of the own texels, for their rows of B. Once.
@@ -38,6 +41,7 @@ class SharedEquation {
   const TexelPart& part_;
   std::unique_ptr<SharedMatrix> matrix_;
   Texels texels_;
+  Subdomain subdomain_;  ///< for BDDC
 };
 
 }  // namespace mq::shared

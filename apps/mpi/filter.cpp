@@ -149,7 +149,7 @@ app::Verb filter_verb() {
   table.exclusive({"strength", "beta"});
   table.exclusive({"radius", "alpha", "length"});
   table.exclusive({"strength", "alpha"});
-  add_shared_solver_options(table);
+  add_shared_solver_options(table, "multigrid", {"bddc"});
   app::add_space_option(table);
   app::add_depth_option(table);
   for (const char* name : {"field", "geometry", "normals", "normal-space", "vertices", "frames", "by-curvature",

@@ -7,13 +7,15 @@
 
 #include "mq/linear/conjugate_gradients.h"
 #include "shared_matrix.h"
+#include "subdomain.h"
 
 namespace mq::shared {
 
 enum class Solver {
   multigrid,  ///< our cycle in every process, over what it owns and a rim around that, and a coarse level for all
   boomeramg,  ///< hypre's
-  gamg        ///< PETSc's
+  gamg,       ///< PETSc's
+  bddc        ///< PETSc's, of a matrix that is known as a sum over processes
 };
 
 class SharedPreconditioner {
@@ -25,8 +27,8 @@ class SharedPreconditioner {
   virtual std::string name() const = 0;
 };
 
-/// Every process must call it; the matrix must outlive the preconditioner. `texels` are those of the part's space,
-/// taken before that was let go of: they say where the own texels lie.
+/// Any but BDDC. Every process must call it; the matrix must outlive the preconditioner. `texels` are those of the
+/// part's space, taken before that was let go of: they say where the own texels lie.
 std::unique_ptr<SharedPreconditioner> make_preconditioner(Solver solver, const Processes& processes,
                                                           const SharedMatrix& matrix, const Numbering& numbering,
                                                           const TexelPart& part, const Texels& texels);
@@ -38,5 +40,8 @@ std::unique_ptr<SharedPreconditioner> algebraic_multigrid(Solver solver, const S
 std::unique_ptr<SharedPreconditioner> schwarz_multigrid(const Processes& processes, const SharedMatrix& matrix,
                                                         const Numbering& numbering, const TexelPart& part,
                                                         const Texels& texels);
+
+/// PETSc's, of what each process adds to the matrix. Every process must call it; the matrix must outlive it.
+std::unique_ptr<SharedPreconditioner> bddc(const SharedMatrix& matrix, const Subdomain& subdomain);
 
 }  // namespace mq::shared

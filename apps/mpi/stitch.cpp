@@ -249,7 +249,7 @@ app::Verb stitch_verb() {
   app::add_levels_option(table);
   app::add_borders_option(table);
   app::add_spread_options(table, usual_photograph_length, "Stitch", "how far steps between photographs are spread");
-  add_shared_solver_options(table);
+  add_shared_solver_options(table, "multigrid", {"bddc"});
   app::add_space_option(table);
   app::add_depth_option(table);
   for (const char* name : {"unseen", "partial", "confidence", "frames", "compress"})

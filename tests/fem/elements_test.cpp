@@ -51,6 +51,20 @@ TEST(Elements, AddUpToTheStiffness) {
 }
 
 /// With a label of its own for every unknown all elements that couple any are mixed: together they are S.
+TEST(Elements, AndWhatHoldsWeakTexelsAddUpToTheSystem) {
+  for (const fixtures::Cut& cut : fixtures::cut_squares()) {
+    const TexelSpace space(cut.model->surface, cut.model->atlas);
+    SparseMatrix sum = space.regularised_system(2, 3);
+    const double largest = sum.coeffs().abs().maxCoeff();
+    space.for_each_summand(2, 3, [&](std::span<const int> unknowns, std::span<const double> values) {
+      for (std::size_t i = 0; i < unknowns.size(); ++i)
+        for (std::size_t j = 0; j < unknowns.size(); ++j)
+          sum.coeffRef(unknowns[i], unknowns[j]) -= values[i * unknowns.size() + j];
+    });
+    EXPECT_LE(sum.coeffs().abs().maxCoeff(), 1e-13 * largest) << cut.name;
+  }
+}
+
 TEST(Elements, ThatAreMixedAddUpToTheStiffness) {
   for (const fixtures::Cut& cut : fixtures::cut_squares()) {
     SCOPED_TRACE(cut.name);

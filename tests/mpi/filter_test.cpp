@@ -65,12 +65,31 @@ TEST(SharedFilter, ReachesTheSameByOtherSolvers) {
   const Folder folder;
   make(folder, {"wall", "--tiles", "1", "--size", "128", "--depth", "16", "-o", "wall/"});
   const Words words{"filter", "wall/wall.obj", "--beta", "0", "--depth", "float", "--solver"};
-  for (const char* solver : {"multigrid", "boomeramg", "gamg"}) {
+  for (const char* solver : {"multigrid", "boomeramg", "gamg", "bddc"}) {
     Words all = words;
     all.insert(all.end(), {solver, "-o", std::string(solver) + ".exr"});
     const Result result = mpirun(folder, 2, all);
     ASSERT_EQ(result.status, 0) << result.error;
     EXPECT_LT(difference(folder / "multigrid.exr", folder / (std::string(solver) + ".exr")), 2e-6) << solver;
+  }
+}
+
+// At seams a process's own elements determine its matrix badly.
+TEST(SharedFilter, BalancesByConstraintsOverManySeams) {
+  const Folder folder;
+  make(folder, {"bust", "--size", "96", "--misaligned", "--depth", "16", "-o", "bust.obj"});
+  const Words words{"filter", "bust.obj", "--beta", "0", "--alpha", "1e-3", "--depth", "float", "--json"};
+  const auto to = [&](const std::string& output, const std::string& solver) {
+    Words all = words;
+    all.insert(all.end(), {"--solver", solver, "-o", output});
+    return all;
+  };
+  ASSERT_EQ(mpirun(folder, 1, to("one.exr", "multigrid")).status, 0);
+  for (const int processes : {1, 2, 3, 5, 8}) {
+    const Result result = mpirun(folder, processes, to("by.exr", "bddc"));
+    ASSERT_EQ(result.status, 0) << processes << " processes: " << result.error;
+    EXPECT_LT(difference(folder / "one.exr", folder / "by.exr"), 1e-6) << processes << " processes";
+    EXPECT_LT(result.json()["solve"]["cycles"].get<int>(), 30) << processes << " processes";
   }
 }
 

@@ -93,6 +93,10 @@ class TexelSpace : public SignalSpace {
   int element_count() const override;
   std::vector<float> gradient_norms(const Signal& psi) const override;
 
+  /// What `regularised_system(a, b)` is the sum of: visit(unknowns, matrix row by row).
+  void for_each_summand(double a, double b,
+                        const std::function<void(std::span<const int>, std::span<const double>)>& visit) const;
+
   /// Per element the first of the texels that it couples; −1 where no chart reaches.
   std::vector<int> first_texels() const;
 

@@ -80,6 +80,45 @@ std::vector<float> TexelSpace::gradient_norms(const Signal& psi) const {
   return norms;
 }
 
+void TexelSpace::for_each_summand(
+    double a, double b, const std::function<void(std::span<const int>, std::span<const double>)>& visit) const {
+  const Data& d = *data_;
+  for (int k = 0; k < d.grid.texture_count(); ++k) {
+    const int width = d.grid.texture(k).width + 1, first = d.grid.first_cell(k);
+    for (int c = first; c < first + width * d.grid.cell_rows(k); ++c) {
+      if (!d.active(c)) continue;
+      std::array<int, 4> own = d.grid.corners(k, (c - first) % width - 1, (c - first) / width - 1);
+      for (int& texel : own) texel = d.unknown[texel];
+      const CellIntegrals& cell = d.integrals(c);
+      std::array<double, 16> A = full(cell);
+      for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) A[4 * i + j] = b * A[4 * i + j] + a * cell.mass[mass_at[i][j]];
+      visit(own, A);
+    }
+  }
+  const SeamBlocks& seams = d.cells.seams;
+  std::vector<double> A;
+  for (const SeamBlocks::Block& block : seams.blocks) {
+    const auto count = std::size_t(block.count);
+    A.resize(count * count);
+    for (int i = 0; i < block.count; ++i)
+      for (int j = 0; j < block.count; ++j) {
+        const std::int64_t at =
+            block.first_value + SeamBlocks::index(std::min(i, j), std::max(i, j), block.count);
+        A[std::size_t(i) * count + j] = a * seams.mass[at] + b * seams.stiffness[at];
+      }
+    visit({seams.texels.data() + block.first, count}, A);
+  }
+  d.for_each_held(a, b, [&](int i, int j, double weight) {
+    bool coupled = false;
+    d.for_each_coupling(i, {}, [&](int k, double, double) { coupled |= k == j; });
+    if (!coupled) return;
+    const std::array<int, 2> pair{i, j};
+    const std::array<double, 4> values{weight, -weight, -weight, weight};
+    visit(pair, values);
+  });
+}
+
 std::vector<int> TexelSpace::first_texels() const {
   const Data& d = *data_;
   std::vector<int> first(std::size_t(element_count()), -1);
