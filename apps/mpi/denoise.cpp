@@ -179,7 +179,7 @@ Exit denoise(Run& run) {
 
 app::Verb denoise_verb() {
   OptionTable table("denoise", "Take noise off textures by smoothing that stops at edges, by several processes.");
-  table.of_program("marquetry-mpi");
+  describe_program(table);
   table.example("castle.obj -o out/", "noise off all tiles of a castle");
   app::add_model_options(table);
   app::add_output_option(table);

@@ -101,7 +101,7 @@ Exit fill(Run& run) {
 
 app::Verb fill_verb() {
   OptionTable table("fill", "Give the texels outside charts values that go on from inside, by several processes.");
-  table.of_program("marquetry-mpi");
+  describe_program(table);
   table.example("castle.obj -o out/", "colours for the texels outside charts");
   app::add_model_options(table);
   app::add_output_option(table);

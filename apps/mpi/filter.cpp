@@ -135,7 +135,7 @@ Exit filter(Run& run) {
 
 app::Verb filter_verb() {
   OptionTable table("filter", "Smooth or sharpen textures on the surface, across their seams, by several processes.");
-  table.of_program("marquetry-mpi");
+  describe_program(table);
   table.example("castle.obj --strength -100% --radius 8tx -o out/", "smooth all tiles of a castle");
   app::add_model_options(table);
   app::add_output_option(table);

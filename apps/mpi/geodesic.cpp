@@ -234,7 +234,7 @@ app::Verb geodesic_verb() {
   OptionTable table("geodesic",
                     "Measure distances along the surface, across the seams of the texture, from one place or many, by "
                     "several processes.");
-  table.of_program("marquetry-mpi");
+  describe_program(table);
   table.example("castle.obj --from 0,0.3,1 -o out/", "distances from the point of the surface nearest to there");
   app::add_model_options(table);
   app::add_output_option(table);

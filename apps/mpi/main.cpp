@@ -16,12 +16,6 @@
 
 namespace {
 
-bool gives(const std::vector<std::string>& words, const std::string& option) {
-  return std::ranges::any_of(words, [&](const std::string& word) {
-    return word == option || word.starts_with(option + "=");
-  });
-}
-
 /// Without what the first process does for all.
 void leave_out_reports(std::vector<std::string>& words) {
   std::erase(words, "--json");
@@ -60,9 +54,6 @@ int main(int argc, char** argv) {
   {
     const mq::shared::Processes processes;
     mq::shared::silence_others(processes);
-    // One thread each unless asked otherwise: there are as many processes as the machine is to be busy with.
-    if (!ours.empty() && !ours[0].starts_with("-") && ours[0] != "help" && !gives(ours, "--threads"))
-      ours.insert(ours.begin() + 1, {"--threads", "1"});
     if (!processes.is_first()) leave_out_reports(ours);
     using namespace mq::shared;
     status = mq::app::run_program(

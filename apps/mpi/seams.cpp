@@ -50,7 +50,7 @@ Exit seams(Run& run) {
 app::Verb seams_verb() {
   OptionTable table("seams", "Change the texels at seams as smoothly as can be so that both sides agree, by several "
                              "processes.");
-  table.of_program("marquetry-mpi");
+  describe_program(table);
   table.example("castle.obj -o out/", "the same colours on both sides of every seam");
   app::add_model_options(table);
   app::add_output_option(table);

@@ -241,7 +241,7 @@ Exit stitch(Run& run) {
 
 app::Verb stitch_verb() {
   OptionTable table("stitch", "Take the steps out of textures where photographs meet, by several processes.");
-  table.of_program("marquetry-mpi");
+  describe_program(table);
   table.example("castle.obj -o out/", "no steps, where every chart is a photograph");
   app::add_model_options(table);
   app::add_output_option(table);

@@ -89,6 +89,15 @@ TEST(Options, StandAtTheirDefaultsUnlessGiven) {
   EXPECT_FALSE(values.has("length"));
 }
 
+TEST(Options, HaveTheDefaultThatTheirTableWasTold) {
+  OptionTable table("filter", "Smooth or sharpen a texture.");
+  table.with_default("threads", "1");
+  table.add({.name = "threads", .type = Option::Type::integer, .default_value = "0", .help = "how many"});
+  EXPECT_EQ(OptionValues(table).integer("threads"), 1);
+  EXPECT_FALSE(OptionValues(table).given("threads"));
+  EXPECT_EQ(table.find("threads").default_value, "1");
+}
+
 TEST(Options, GivenReplaceTheDefaultOfTheirRival) {
   const OptionValues values = parse_arguments(small_table(), {"a.obj", "--length", "8tx"});
   EXPECT_FALSE(values.has("alpha"));

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <complex>
 
 #include <fmt/format.h>
@@ -97,6 +99,25 @@ TEST(Fields, SteerLicReactAndFilter) {
   ASSERT_EQ(with({"no.png", "--field", "strokes.json", "--kappa", "0"}).status, 0);
   EXPECT_TRUE(read_texture(folder / "all.png").pixels == read_texture(folder / "no.png").pixels) << "kappa 0 is no metric";
   EXPECT_FALSE(read_texture(folder / "all.png").pixels == read_texture(folder / "along.png").pixels);
+}
+
+/// A limit that nothing comes near changes nothing, in the metric of the field too.
+TEST(Fields, SteerSharpeningWithinHalosAsWithout) {
+  const Folder folder;
+  write_strip(folder);
+  write_stroke(folder, read_model(folder / "strip.obj"));
+  const auto sharpened = [&](const std::string& halo) {
+    const std::string out = halo + ".exr";
+    const Result result = marquetry(folder, {"filter", "strip.obj", "--field", "strokes.json", "--beta", "3", "--alpha", "1e-3",
+                                             "--halo", halo, "--depth", "float", "-o", out});
+    EXPECT_EQ(result.status, 0) << result.error;
+    return read_texture(folder / out).pixels;
+  };
+  const Image<float> wide = sharpened("1000"), without = sharpened("inf");
+  float largest = 0;
+  for (std::size_t i = 0; i < wide.values().size(); ++i)
+    largest = std::max(largest, std::abs(wide.values()[i] - without.values()[i]));
+  EXPECT_LT(largest, 1e-4);
 }
 
 TEST(Fields, HaveAMapForEachTextureThatIsReadBackBySuchAName) {

@@ -189,7 +189,7 @@ TEST(Shock, StopsWhenAskedTo) {
   const Folder folder;
   write_strip(folder, 1500, 1100);
   const Result result = marquetry(folder, {"shock", "strip.obj", "-o", "o.png", "--time", "1e9"},
-                                  {.interrupt_at = {"follow paths"}});
+                                  {.interrupt_at = {"smooth"}});
   EXPECT_EQ(result.status, 130) << result.error;
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"strip.mtl", "strip.obj", "strip.png"}));
 }

@@ -114,22 +114,30 @@ Exit filter_geometry(Run& run) {
   return Exit::done;
 }
 
-/// What a filter of these options makes of values: of each channel by itself.
-Filtered filtered(const ScreenedPoisson& equation, const ModelSignal& target, const Signal& values,
-                  const std::vector<double>& beta, const HaloOptions& halo, const Progress& progress) {
-  if (std::isinf(halo.fraction)) return equation.solve(values, beta, progress);
-  return solve_without_halos(equation, target.space(), values, beta, halo, progress);
+/// What is filtered of values: their luminance, or each channel by itself.
+Signal filtered_part(const Run& run, const TexturedModel& scene, const Signal& values) {
+  return by_luminance(run.options(), scene.model) ? luminance(values) : values;
 }
 
-/// Sets `halo` to what the filter keeps to.
-Filtered filtered_by_strength(Run& run, const TexturedModel& scene, const ModelSignal& target, const ScreenedPoisson& equation,
-                              const Signal& before, const std::vector<double>& beta, HaloOptions& halo,
-                              const Progress& progress) {
-  const OptionValues& options = run.options();
-  halo = asked_halos(options, scene.model, largest_value(before));
-  if (!by_luminance(options, scene.model)) return filtered(equation, target, before, beta, halo, progress);
+/// What sharpening is to keep to. Nothing where halos are as the equation has them, or nothing is sharpened.
+std::optional<HaloLimit> halo_limit(const Run& run, const TexturedModel& scene, const ModelSignal& target,
+                                    const HaloOptions& halo, const Signal& values, const std::vector<double>& beta,
+                                    const Progress& progress) {
+  if (std::isinf(halo.fraction) || std::ranges::none_of(beta, [](double b) { return b > 1; })) return std::nullopt;
+  return HaloLimit(target.space(), filtered_part(run, scene, values), halo, progress);
+}
+
+/// `space` is that of the equation.
+Filtered filtered_by_strength(const Run& run, const TexturedModel& scene, const SignalSpace& space,
+                              const ScreenedPoisson& equation, const Signal& before, const std::vector<double>& beta,
+                              const std::optional<HaloLimit>& limit, const Progress& progress) {
+  const auto filtered = [&](const Signal& values) {
+    return limit ? solve_without_halos(equation, space, values, beta, *limit, progress)
+                 : equation.solve(values, beta, progress);
+  };
+  if (!by_luminance(run.options(), scene.model)) return filtered(before);
   const Signal Y = luminance(before);
-  Filtered found = filtered(equation, target, Y, beta, halo, progress);
+  Filtered found = filtered(Y);
   found.signal = with_luminance(before, Y, found.signal);
   return found;
 }
@@ -158,7 +166,7 @@ Exit filter(Run& run) {
   std::unique_ptr<SignalSpace> along;
   std::optional<std::vector<double>> mask;
   {
-    const Step step(run, "assemble", 0.31);
+    const Step step(run, "assemble", 0.26);
     target = make_signal(run, scene, step.progress().step("space", 0.5));
     about(scene.model, [&] { along = asked_space_along(run, scene, *target, step.progress().step("along the field", 0.4)); });
     mask = asked_mask(run, scene, *target, step.progress().step("mask", 0.1));
@@ -171,15 +179,24 @@ Exit filter(Run& run) {
                 : std::vector<double>(std::size_t(target->space().size()), asked_beta(options));
   Solution solution;
   HaloOptions halo;
+  std::optional<HaloLimit> limit;
   about(scene.model, [&] {
+    if (!towards) {
+      // Before the solver stands: each of them needs much memory while it is made.
+      const Step step(run, "look around", 0.05);
+      const Signal values = target->values();
+      halo = asked_halos(options, scene.model, largest_value(values));
+      limit = halo_limit(run, scene, *target, halo, values, beta, step);
+    }
+    const SignalSpace& space = along ? *along : target->space();
     solution = solve_poisson(
-        run, *target, along ? *along : target->space(), weight,
+        run, *target, space, weight,
         [&](const ScreenedPoisson& equation, const Signal& before, const Progress& progress) {
           if (towards)
             return equation.solve_towards(
                 before, asked_gradient_moments(run, scene, *target, before, progress.step("field", 0.2)),
                 progress.step("solve", 0.8));
-          return filtered_by_strength(run, scene, *target, equation, before, beta, halo, progress);
+          return filtered_by_strength(run, scene, space, equation, before, beta, limit, progress);
         });
   });
   run.result.update(change_json(solution.before, solution.filtered.signal, value_space(run.options()).space));

@@ -185,16 +185,16 @@ Exit react(Run& run) {
   const GrayScottPreset preset = asked_preset(options);
   double wave_length = 0;
   {
-    const Step step(run, "assemble", 0.08);
-    domain = make_field_signal(run, scene, step.progress().step("space", 0.4));
+    const Step step(run, "assemble", 0.2);
+    domain = make_field_signal(run, scene, step.progress().step("space", 0.35));
     about(scene.model, [&] {
-      along = asked_space_along(run, scene, *domain, step.progress().step("along the field", 0.3));
+      along = asked_space_along(run, scene, *domain, step.progress().step("along the field", 0.2));
       wave_length = std::sqrt(
           weight_from_length(parse_length(options.text("scale")), domain->space().scale()));
       require(wave_length > 0, "--scale must be more than 0");
       growth = std::make_unique<PatternGrowth>(
           along ? *along : domain->space(), along || shows_places_twice(*domain) ? nullptr : &scene.surface,
-          diffusivities(preset, wave_length), wave_length, options.number("time"), step.progress().step("weights", 0.3));
+          diffusivities(preset, wave_length), wave_length, options.number("time"), step.progress().step("weights", 0.45));
     });
   }
   warn_of_coarse_texels(run, scene, *domain,
@@ -204,7 +204,7 @@ Exit react(Run& run) {
   Substances state = growth->seeds(std::uint64_t(options.integer("seed")));
   const float seeds = most_of_second(state);
   {
-    const Step step(run, "react", 0.8);
+    const Step step(run, "react", 0.7);
     state = grow(run, *growth, gray_scott(preset.rates), std::move(state), step);
   }
   warn_of_nothing(run, seeds, state);
@@ -252,7 +252,7 @@ Verb react_verb() {
        .default_value = "2%",
        .group = "Pattern",
        .help = "wave length of the pattern: from spot to spot, from stripe to stripe",
-       .details = "At least 6 texels; a step of time gets shorter with its square, from 14 on."});
+       .details = "At least 6 texels."});
   table.add({.name = "time",
              .letter = 't',
              .type = Type::number,

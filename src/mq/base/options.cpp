@@ -141,6 +141,7 @@ OptionTable& OptionTable::add(Option option) {
   for (const Option& other : options_)
     if (other.name == option.name)
       throw std::logic_error("option " + option.name + " is in the table twice");
+  if (const auto found = defaults_.find(option.name); found != defaults_.end()) option.default_value = found->second;
   if (!option.default_value.empty()) check_value(option, option.default_value);
   options_.push_back(std::move(option));
   return *this;
@@ -158,6 +159,11 @@ OptionTable& OptionTable::exclusive(std::vector<std::string> names) {
 
 OptionTable& OptionTable::elsewhere(std::string name, std::string where) {
   elsewhere_.emplace(std::move(name), std::move(where));
+  return *this;
+}
+
+OptionTable& OptionTable::with_default(std::string name, std::string value) {
+  defaults_.emplace(std::move(name), std::move(value));
   return *this;
 }
 
@@ -457,44 +463,6 @@ std::string help_text(const OptionTable& table, HelpDetail detail) {
   if (detail == HelpDetail::brief)
     text += fmt::format("\n'{} --help' says all there is to know.\n", table.command());
   return text;
-}
-
-namespace {
-
-/// The least number of letters to insert, remove, replace or swap with their neighbour.
-int edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::vector<int>> d(a.size() + 1, std::vector<int>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = int(i);
-  for (std::size_t j = 0; j <= b.size(); ++j) d[0][j] = int(j);
-  for (std::size_t i = 1; i <= a.size(); ++i)
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      d[i][j] =
-          std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-    }
-  return d[a.size()][b.size()];
-}
-
-}  // namespace
-
-std::string nearest(const std::string& word, const std::vector<std::string>& candidates) {
-  std::string best;
-  int best_distance = 1 + std::max(1, int(word.size()) / 3);
-  for (const std::string& candidate : candidates) {
-    const bool begins = word.size() >= 2 && candidate.starts_with(word);
-    const int distance = begins ? 1 : edit_distance(word, candidate);
-    if (distance < best_distance) {
-      best = candidate;
-      best_distance = distance;
-    }
-  }
-  return best;
-}
-
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
-  const std::string best = nearest(word, candidates);
-  return best.empty() ? "" : fmt::format(", did you mean '{}'?", best);
 }
 
 }  // namespace mq

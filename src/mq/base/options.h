@@ -84,6 +84,9 @@ class OptionTable {
   /// The program whose verb it is, "marquetry" unless said otherwise.
   OptionTable& of_program(std::string name);
 
+  /// What an option of this name has by default, in place of its own, when it is added from now on.
+  OptionTable& with_default(std::string name, std::string value);
+
   const std::string& verb() const { return verb_; }
   const std::string& program() const { return program_; }
   std::string command() const { return program_ + " " + verb_; }  ///< as users type it
@@ -102,7 +105,7 @@ class OptionTable {
   std::vector<Option> options_;
   std::vector<std::vector<std::string>> exclusives_;
   std::vector<std::pair<std::string, std::string>> examples_;  ///< words, use
-  std::map<std::string, std::string> elsewhere_;
+  std::map<std::string, std::string> elsewhere_, defaults_;
 };
 
 /// The values of one run: those given, else the defaults. Reading an option that has no value, or

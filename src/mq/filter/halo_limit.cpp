@@ -1,6 +1,6 @@
 // low, high = means of the least and the greatest of ψ over `reach` steps, over as many steps again
 // u(a) = s²(3 − 2s),  s = r/a − 1 within [0, 1],  r the contrast over `reach` steps
-// β ← 1 + (β − 1)·u(threshold),  β_t = 1 + (β − 1)·(1 − u(c/2)),  c the contrast of edges;  φ' = limited(ψ + φ − φ_t) + φ_t − ψ,  φ and φ_t solved for side by side
+// β ← 1 + (β − 1)·u(threshold),  β_t = 1 + (β − 1)·(1 − u(c/2)),  c the contrast of edges;  φ' = limited(ψ + φ − φ_t) + φ_t − ψ,  φ and φ_t are solved for
 
 #include "mq/filter/halo_limit.h"
 
@@ -78,6 +78,11 @@ std::vector<double> above_one(std::span<const double> beta, const std::vector<do
   for (std::size_t i = 0; i < result.size(); ++i)
     if (result[i] > 1) result[i] = std::lerp(1.0, result[i], share[i]);
   return result;
+}
+
+/// Whether gradients are to become steeper anywhere.
+bool sharpens(std::span<const double> beta) {
+  return std::ranges::any_of(beta, [](double b) { return b > 1; });
 }
 
 /// Up to half of the most as it is; beyond, on its way to the most, which it never reaches.
@@ -168,27 +173,53 @@ double HaloLimit::limited(std::int64_t unknown, int channel, double value, doubl
   return sum;
 }
 
+namespace {
+
+struct ChangedTwice {
+  Signal first, second;
+  SolveReport report;  ///< of the second, or of both
+};
+
+/// ψ with its gradients changed by two modulations. A single channel wants no more time for both side by side; several
+/// want as much, and a fifth more memory than one after the other.
+ChangedTwice changed_twice(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
+                           std::span<const double> one, std::span<const double> other, const Progress& progress) {
+  if (psi.cols() == 1) {
+    Signal twice(psi.rows(), 2), changes(psi.rows(), 2);
+    twice << psi, psi;
+    changes << space.stiffness_times(psi, one), space.stiffness_times(psi, other);
+    Filtered found = equation.solve_change(twice, changes, progress);
+    return {found.signal.leftCols(1), found.signal.rightCols(1), std::move(found.report)};
+  }
+  Signal first = equation.solve_change(psi, space.stiffness_times(psi, one), progress.step("solve", 0.5)).signal;
+  Filtered second = equation.solve_change(psi, space.stiffness_times(psi, other), progress.step("solve", 0.5));
+  return {std::move(first), std::move(second.signal), std::move(second.report)};
+}
+
+}  // namespace
+
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
-                             std::span<const double> beta, const HaloOptions& options, const Progress& progress) {
-  if (std::ranges::none_of(beta, [](double b) { return b > 1; })) return equation.solve(psi, beta, progress);
-  const HaloLimit limit(space, psi, options, progress.step("look around", 0.22));
+                             std::span<const double> beta, const HaloLimit& limit, const Progress& progress) {
+  if (!sharpens(beta)) return equation.solve(psi, beta, progress);
   std::vector<double> all = limit.of_detail(beta), of_texture = limit.of_texture(all);
-  if (of_texture == all) return equation.solve(psi, all, progress.step("solve", 0.78));
+  if (of_texture == all) return equation.solve(psi, all, progress);
   for (std::vector<double>* change : {&all, &of_texture})
     for (double& b : *change) b -= 1;
-  const int channels = int(psi.cols());
-  Signal twice(psi.rows(), 2 * channels), change(psi.rows(), 2 * channels);
-  twice << psi, psi;
-  change << space.stiffness_times(psi, all), space.stiffness_times(psi, of_texture);
-  Filtered found = equation.solve_change(twice, change, progress.step("solve", 0.78));
-  Signal limited(psi.rows(), channels);
+  auto [by_all, by_texture, report] = changed_twice(equation, space, psi, all, of_texture, progress);
   parallel_for(psi.rows(), [&](std::int64_t i) {
-    for (int c = 0; c < channels; ++c) {
+    for (int c = 0; c < psi.cols(); ++c) {
       const double was = psi(i, c);
-      limited(i, c) = limit.sharpened(i, c, was, found.signal(i, c) - was, found.signal(i, channels + c) - was);
+      by_all(i, c) = limit.sharpened(i, c, was, by_all(i, c) - was, by_texture(i, c) - was);
     }
   });
-  return {std::move(limited), std::move(found.report)};
+  return {std::move(by_all), std::move(report)};
+}
+
+Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
+                             std::span<const double> beta, const HaloOptions& options, const Progress& progress) {
+  if (!sharpens(beta)) return equation.solve(psi, beta, progress);
+  const HaloLimit limit(space, psi, options, progress.step("look around", 0.22));
+  return solve_without_halos(equation, space, psi, beta, limit, progress.step("solve", 0.78));
 }
 
 }  // namespace mq

@@ -91,10 +91,14 @@ class HaloLimit {
 };
 
 /// `equation.solve(psi, beta)`, with halos limited: with φ_t the solution for the part of β that is texture's, and
-/// φ that for β, of which the threshold takes what it takes first, it is limited(ψ + φ − φ_t) + φ_t − ψ. Where β is nowhere above 1, or the contrast of ψ nowhere above
-/// half of the given one and there is no threshold, it is φ, bit for bit. Where gradients are strong or none it leaves the range of ψ around it
-/// by less than the fraction. The mean is not kept. `space` is that of the equation; costs a
-/// solution of twice the channels.
+/// φ that for β, of which the threshold takes what it takes first, it is limited(ψ + φ − φ_t) + φ_t − ψ. Where β is nowhere
+/// above 1, or the contrast of ψ nowhere above half of the given one and there is no threshold, it is φ, bit for bit.
+/// Where gradients are strong or none it leaves the range of ψ around it by less than the fraction. The mean is not kept.
+/// `space` is that of the equation, `limit` that of ψ. Costs two solutions.
+Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
+                             std::span<const double> beta, const HaloLimit& limit, const Progress& progress = {});
+
+/// The same, with a limit of its own.
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
                              std::span<const double> beta, const HaloOptions& options = {},
                              const Progress& progress = {});

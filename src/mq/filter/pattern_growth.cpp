@@ -47,12 +47,12 @@ PatternGrowth::PatternGrowth(const SignalSpace& space, const Surface* surface, s
     : space_(space),
       wave_length_(wave_length),
       time_(time),
-      process_(space, diffusivity, 1, progress.step("weights", 0.5)) {
+      process_(space, diffusivity, 1, progress.step("weights", 0.3)) {
   const double spacing = wave_length / vertices_per_wave;
   const double here = double(process_.size()) / process_.time_step();
   if (surface && time > 2 * last_time &&
       EvenlySpacedSurface::expected_size(*surface, spacing) * entries_of_vertex < worth * here * entries_of_texel) {
-    even_ = std::make_unique<EvenlySpacedSurface>(*surface, spacing, progress.step("evenly spaced surface", 0.5));
+    even_ = std::make_unique<EvenlySpacedSurface>(*surface, spacing, progress.step("evenly spaced surface", 0.7));
     even_process_.emplace(even_->space(), diffusivity);
   }
   progress.at(1);
