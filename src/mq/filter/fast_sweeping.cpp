@@ -6,7 +6,9 @@
 // and came from between them where Q (x·1 − w) > 0. That x is the least of w + way over the points between the two, so
 // it rises with w_a and w_b; where the wave did not come from between, the straight way from one of them is the least.
 // The least of all pairs rises with every neighbour, too: sweeps from infinity, in whatever order, end at the same
-// distances.
+// distances. Where aᵀb ≥ 0, a wave from between the two passes both of them before the unknown, x ≥ w_a and x ≥ w_b: of such
+// pairs what is nearer never waits for what is farther, and one sweep in the order of distance is nearly all. At obtuse
+// angles it may, and sweeps go on and on: pairs far beyond a right angle count where no other neighbour lies between.
 
 #include "mq/filter/fast_sweeping.h"
 
@@ -25,8 +27,11 @@ namespace {
 constexpr double enough = 1e-9;
 constexpr int most_sweeps = 60;
 
-/// Neighbours that are farther apart than this, by the cosine of their angle, have others between them.
+/// Neighbours that are farther apart than this, by the cosine of their angle, have others between them, or the domain ends.
 constexpr double least_cosine = -0.5;
+
+/// From here on, 101.5°, pairs between which another one lies are left out. A front that is curved wants those below.
+constexpr double wide_cosine = -0.2;
 
 struct Near {
   double w;
@@ -35,10 +40,11 @@ struct Near {
 };
 
 /// Infinite where the wave came from elsewhere: w + way, which is convex between the two, falls from each of them
-/// towards the other where it came from between.
-double plane_wave(const Near& a, const Near& b) {
-  const double aa = a.length * a.length, ab = a.way.dot(b.way), bb = b.length * b.length;
-  const double later = b.w - a.w;
+/// towards the other where it came from between. Or where it is not less than `least`.
+double plane_wave(const Near& a, const Near& b, double least) {
+  const double ab = a.way.dot(b.way);
+  if (ab >= 0 && std::max(a.w, b.w) >= least) return infinity;
+  const double aa = a.length * a.length, bb = b.length * b.length, later = b.w - a.w;
   if (!(later * a.length < aa - ab && -later * b.length < bb - ab)) return infinity;
   const double det = aa * bb - ab * ab;
   if (!(det > 1e-6 * aa * bb && ab >= least_cosine * a.length * b.length)) return infinity;
@@ -46,6 +52,15 @@ double plane_wave(const Near& a, const Near& b) {
   const double s = bb - 2 * ab + aa, t = (aa - ab) * later;
   const double root = t * t - s * (aa * later * later - det);
   return root >= 0 && s > 0 ? a.w + (t + std::sqrt(root)) / s : infinity;
+}
+
+/// Whether another neighbour lies between two, seen from the unknown.
+bool parted(const Near& a, const Near& b, std::span<const Near> others) {
+  const double aa = a.length * a.length, ab = a.way.dot(b.way), bb = b.length * b.length;
+  return std::ranges::any_of(others, [&](const Near& c) {
+    const double ac = a.way.dot(c.way), bc = b.way.dot(c.way);
+    return ac * bb - bc * ab > 0 && bc * aa - ac * ab > 0;
+  });
 }
 
 /// When the front arrives at an unknown, from one neighbour or from between two.
@@ -58,18 +73,25 @@ class Arrival {
     near_.clear();
     for (SparseMatrix::InnerIterator it(A_, i); it; ++it) {
       const int j = int(it.col());
-      if (j == i || it.value() == 0 || !(w[j] < infinity)) continue;
+      if (j == i || it.value() == 0) continue;
       const Vector3 way = places_[j] - places_[i];
       near_.push_back({w[j], way, way.norm()});
       least = std::min(least, w[j] + near_.back().length);
     }
     for (std::size_t a = 0; a < near_.size(); ++a)
       for (std::size_t b = 0; b < a; ++b)
-        if (std::min(near_[a].w, near_[b].w) < least) least = std::min(least, plane_wave(near_[a], near_[b]));
+        if (std::min(near_[a].w, near_[b].w) < least) least = std::min(least, between(near_[a], near_[b], least));
     return least;
   }
 
  private:
+  /// When from between two, where that is before `least`.
+  double between(const Near& a, const Near& b, double least) const {
+    const double x = plane_wave(a, b, least);
+    const bool is_wide = x < least && a.way.dot(b.way) < wide_cosine * a.length * b.length;
+    return is_wide && parted(a, b, near_) ? infinity : x;
+  }
+
   const SparseMatrix& A_;
   std::span<const Vector3> places_;
   std::vector<Near> near_;
