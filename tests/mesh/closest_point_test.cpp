@@ -7,6 +7,7 @@
 
 #include "fixtures.h"
 #include "mq/base/error.h"
+#include "mq/mesh/moving_closest_point.h"
 
 namespace mq {
 namespace {
@@ -64,6 +65,33 @@ TEST(ClosestPoint, IsThatOfComparingAllTriangles) {
     }
     ASSERT_EQ(found[i].triangle, best.triangle) << i;
     ASSERT_EQ(found[i].squared_distance, best.squared_distance) << i;
+  }
+}
+
+TEST(ClosestPoint, IsTheSameFromAnyGuessAndOfWhatMoves) {
+  Mesh mesh = beside(torus(30, 20), nonmanifold_edge());
+  MovingClosestPointFinder moving(mesh);
+  const Random random(11);
+  std::vector<Vector3> points(mesh.positions);  // at a vertex several triangles are equally close
+  for (std::uint64_t i = 0; i < 1000; ++i)
+    points.push_back(std::pow(10, random.uniform(4 * i, -5, 3)) *
+                     Vector3(random.uniform(4 * i + 1, -1, 1), random.uniform(4 * i + 2, -1, 1),
+                             random.uniform(4 * i + 3, -1, 1)));
+  std::vector<ClosestPoint> guesses(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)  // −1 and what is too large are of no triangle
+    guesses[i].triangle = int(i * 37 % std::size_t(mesh.triangle_count() + 2)) - 1;
+  for (int step = 0; step < 3; ++step) {
+    for (Vector3& p : mesh.positions) p = 1.1 * p + Vector3(0.3 * p.y(), 100, step);
+    moving.follow();
+    const ClosestPointFinder find(mesh);
+    const std::vector<ClosestPoint> found = find(points), guessed = find(points, guesses),
+                                    followed = moving(points, guesses), unguessed = moving(points, {});
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (const ClosestPoint& other : {guessed[i], followed[i], unguessed[i]}) {
+        ASSERT_EQ(other.triangle, found[i].triangle) << i;
+        ASSERT_EQ(other.squared_distance, found[i].squared_distance) << i;
+        ASSERT_EQ(other.barycentric, found[i].barycentric) << i;
+      }
   }
 }
 

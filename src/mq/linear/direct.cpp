@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <mutex>
 
 #include <Eigen/SparseCholesky>
@@ -260,8 +261,10 @@ Triangular dense_triangle(Index n) {
 
 /// On this machine as busy as it is now: for shorter than this its other work would decide.
 constexpr double seconds_of_trials = 0.2;
+/// What was found holds for so long: who factors many patterns does not try each time.
+constexpr double seconds_of_pace = 60;
 
-double seconds_per_operation(Factorisation kind) {
+double tried_seconds_per_operation(Factorisation kind) {
   constexpr Index size = 400;
   const auto backend = make_backend(kind);
   const Triangular A = dense_triangle(size);
@@ -272,6 +275,22 @@ double seconds_per_operation(Factorisation kind) {
     if (const double seconds = watch.seconds(); seconds > seconds_of_trials)
       return seconds / (trials * cost.operations);
   }
+}
+
+double seconds_per_operation(Factorisation kind) {
+  struct Pace {
+    double seconds_per_operation;
+    Stopwatch since;
+  };
+  static std::mutex mutex;
+  static std::map<Factorisation, Pace> known;
+  const std::lock_guard lock(mutex);
+  const auto place = known.find(kind);
+  if (place != known.end() && place->second.since.seconds() < seconds_of_pace)
+    return place->second.seconds_per_operation;
+  const double found = tried_seconds_per_operation(kind);
+  known.insert_or_assign(kind, Pace{found, Stopwatch()});
+  return found;
 }
 
 }  // namespace

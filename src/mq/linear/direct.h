@@ -68,8 +68,8 @@ class DirectSolver {
   const FactorisationCost& cost() const;
 
   /// How long the next factorisation will take: as long as the last one of this pattern, or else as
-  /// its operations take at the pace of a small dense matrix, factored for that. Within about a
-  /// factor of two.
+  /// its operations take at the pace of a small dense matrix, factored for that once a minute. Within
+  /// about a factor of two.
   double expected_seconds() const;
 
   /// What a solver behind this interface does; see direct.cpp for the two that exist.

@@ -181,6 +181,20 @@ ClosestPoint ClosestPointFinder::among(
   return search.best;
 }
 
+std::vector<ClosestPoint> ClosestPointFinder::operator()(
+    std::span<const Vector3> points, std::span<const ClosestPoint> guesses) const {
+  if (guesses.size() != points.size()) return (*this)(points);
+  std::vector<ClosestPoint> found(points.size());
+  parallel_for(std::ssize(points), [&](std::int64_t i) {
+    Scene::Search search{*scene_, points[i]};
+    const int guess = guesses[i].triangle;
+    if (guess >= 0 && guess < scene_->mesh.triangle_count()) search.consider(guess);
+    search.run();
+    found[i] = search.best;
+  });
+  return found;
+}
+
 std::vector<ClosestPoint> ClosestPointFinder::operator()(std::span<const Vector3> points,
                                                          const Progress& progress) const {
   std::vector<ClosestPoint> found(points.size());

@@ -44,6 +44,12 @@ class ClosestPointFinder {
   std::vector<ClosestPoint> operator()(std::span<const Vector3> points,
                                        const Progress& progress = {}) const;
 
+  /// The same points, found sooner where the triangle of a guess is near: closest points of before, on
+  /// this mesh or one like it. They are not asked unless there are as many as points, nor those whose
+  /// triangle the mesh does not have.
+  std::vector<ClosestPoint> operator()(std::span<const Vector3> points,
+                                       std::span<const ClosestPoint> guesses) const;
+
  private:
   struct Scene;
   std::unique_ptr<Scene> scene_;

@@ -15,6 +15,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
@@ -132,17 +133,27 @@ PrincipalCurvatures fit(const std::vector<Vector3>& positions, int v, const Vect
 std::vector<PrincipalCurvatures> vertex_curvatures(const Surface& surface,
                                                    const CurvatureOptions& options,
                                                    const Progress& progress) {
+  std::vector<int> all(surface.mesh.positions.size());
+  std::iota(all.begin(), all.end(), 0);
+  return vertex_curvatures(surface, all, options, progress);
+}
+
+std::vector<PrincipalCurvatures> vertex_curvatures(const Surface& surface, std::span<const int> vertices,
+                                                   const CurvatureOptions& options,
+                                                   const Progress& progress) {
   require(options.rings >= 1, "curvatures need at least one ring of neighbours");
+  std::vector<PrincipalCurvatures> curvatures(vertices.size());
+  if (vertices.empty()) return curvatures;
   const Mesh& mesh = surface.mesh;
   const std::vector<Vector3> normals = vertex_normals(mesh);
   const Neighbours neighbours(surface);
-  std::vector<PrincipalCurvatures> curvatures(mesh.positions.size());
-  parallel_blocks(mesh.vertex_count(), 1024, [&](std::int64_t begin, std::int64_t end) {
+  parallel_blocks(std::ssize(vertices), 1024, [&](std::int64_t begin, std::int64_t end) {
     progress.check();
     std::vector<int> around;
-    for (int v = int(begin); v < int(end); ++v) {
+    for (std::int64_t i = begin; i < end; ++i) {
+      const int v = vertices[std::size_t(i)];
       neighbours.around(v, options.rings, cubic + 3, around);
-      if (!normals[v].isZero()) curvatures[v] = fit(mesh.positions, v, normals[v], around);
+      if (!normals[v].isZero()) curvatures[std::size_t(i)] = fit(mesh.positions, v, normals[v], around);
     }
   });
   progress.at(1);

@@ -67,6 +67,11 @@ std::vector<PrincipalCurvatures> vertex_curvatures(const Surface& surface,
                                                    const CurvatureOptions& options = {},
                                                    const Progress& progress = {});
 
+/// The same of these vertices alone, in their order.
+std::vector<PrincipalCurvatures> vertex_curvatures(const Surface& surface, std::span<const int> vertices,
+                                                   const CurvatureOptions& options = {},
+                                                   const Progress& progress = {});
+
 /// Curvatures of triangles: the mean of the corners' shape operators, restricted to the plane of
 /// the triangle. 0 where the triangle has no area.
 std::vector<PrincipalCurvatures> triangle_curvatures(

@@ -69,8 +69,16 @@ struct Residuals {
   double median() const { return std::max(percentile_of(there, 50), percentile_of(back, 50)); }
 };
 
+/// Closest points of the vertices of both surfaces on each other.
+struct NearestPlaces {
+  std::vector<ClosestPoint> there, back;
+
+  NearestPlaces(const Mesh& mesh, const ClosestPointFinder& on_mesh, const TrackTarget& target)
+      : there(target.closest()(mesh.positions)), back(on_mesh(target.surface().mesh.positions)) {}
+};
+
 /// `left_there`: per vertex of the mesh; empty: none is left.
-Residuals residuals(const Mesh& mesh, const TrackTarget& target, const std::vector<char>& left_there,
+Residuals residuals(const NearestPlaces& nearest, const TrackTarget& target, const std::vector<char>& left_there,
                     const std::vector<char>& left_back) {
   const auto kept = [&](const std::vector<ClosestPoint>& places, const std::vector<char>& left) {
     std::vector<double> distances;
@@ -78,21 +86,20 @@ Residuals residuals(const Mesh& mesh, const TrackTarget& target, const std::vect
       if (left.empty() || !left[v]) distances.push_back(std::sqrt(places[v].squared_distance) / target.diagonal());
     return distances;
   };
-  return {kept(target.closest()(mesh.positions), left_there),
-          kept(ClosestPointFinder(mesh)(target.surface().mesh.positions), left_back)};
+  return {kept(nearest.there, left_there), kept(nearest.back, left_back)};
 }
 
 /// 95 % of what is not left are within this; `found`: the template remeshed, or nothing.
-double p95_without(const PassingPlaces& passing, const Mesh& before,
+double p95_without(const PassingPlaces& passing, const NearestPlaces& before,
                    const std::optional<Remeshed>& found, const TrackTarget& target) {
-  const Mesh& mesh = found ? found->mesh : before;
-  if (passing.seeds == 0) return surface_distance(mesh, target).p95;
-  std::vector<char> left = passing.of_template;
-  if (found) {
-    left.clear();
-    for (const int v : found->template_vertices) left.push_back(v >= 0 && passing.of_template[v]);
-  }
-  return residuals(mesh, target, left, passing.of_target).p95();
+  if (!found)
+    return passing.seeds == 0 ? surface_distance(before.there, before.back, target).p95
+                              : residuals(before, target, passing.of_template, passing.of_target).p95();
+  if (passing.seeds == 0) return surface_distance(found->mesh, target).p95;
+  std::vector<char> left;
+  for (const int v : found->template_vertices) left.push_back(v >= 0 && passing.of_template[v]);
+  const ClosestPointFinder on_found(found->mesh);
+  return residuals(NearestPlaces(found->mesh, on_found, target), target, left, passing.of_target).p95();
 }
 
 /// Rest shapes, of what is pulled by what passes as it is now: it comes back by itself.
@@ -215,9 +222,9 @@ void TemplateFollower::begin(CapturedFrame& frame, double step, FollowedFrame& f
 /// What is not to be replaced, as the frames after do not ask for it. Only distances ask: what is
 /// distorted is so in all frames.
 PassingPlaces TemplateFollower::passing(const CapturedFrame& frame, const SearchedSurface& from,
-                                        const FrameAhead& ahead, double step, RemeshOptions how) {
+                                        const SearchedSurface& to, const FrameAhead& ahead, double step,
+                                        RemeshOptions how) {
   how.rest = {};
-  const SearchedSurface to{frame.target().surface(), frame.target().closest()};
   const RemeshSeeds seeds = remesh_seeds(from, to, how);
   std::vector<SeedPlaces> places;
   const auto any = [](const std::vector<char>& all) { return std::ranges::count(all, 1) > 0; };
@@ -247,8 +254,10 @@ std::optional<Remeshed> TemplateFollower::remeshed_within(CapturedFrame& frame,
                                                           const Progress& progress) {
   const TrackTarget& target = frame.target();
   const ClosestPointFinder on_tracked(surface_.mesh);
-  const SearchedSurface from{surface_, on_tracked}, to{target.surface(), target.closest()};
-  const double noise = residuals(surface_.mesh, target, {}, {}).median();
+  const NearestPlaces nearest(surface_.mesh, on_tracked, target);
+  const SearchedSurface from{surface_, on_tracked, nearest.there},
+      to{target.surface(), target.closest(), nearest.back};
+  const double noise = residuals(nearest, target, {}, {}).median();
   const double within = std::clamp(within_in_noise * noise, options_.within,
                                    most_noise_in_within * options_.within);
   const double far = within * target.diagonal();
@@ -259,7 +268,7 @@ std::optional<Remeshed> TemplateFollower::remeshed_within(CapturedFrame& frame,
     how.accuracy = part * far;
     how.left_of_template = how.left_of_target = {};
     if (how.accuracy >= tolerance) continue;
-    const PassingPlaces left = passing(frame, from, ahead, step, how);
+    const PassingPlaces left = passing(frame, from, to, ahead, step, how);
     if (left.seeds > 0 && part > 0 && how.accuracy < least_in_noise * noise * target.diagonal())
       break;
     how.left_of_template = left.of_template;
@@ -273,7 +282,7 @@ std::optional<Remeshed> TemplateFollower::remeshed_within(CapturedFrame& frame,
       found = remesh(from, to, how, progress.step("remesh", part > 0 ? 0.1 : 0.5));
       tolerance = found->tolerance;
     }
-    if (p95_without(left, surface_.mesh, found, target) <= within) break;
+    if (p95_without(left, nearest, found, target) <= within) break;
   }
   return found;
 }

@@ -109,7 +109,7 @@ class TemplateFollower {
                     FollowedFrame& found, const Progress& progress);
   std::optional<Remeshed> remeshed_within(CapturedFrame& frame, const FrameAhead& ahead,
                                           double step, const Progress& progress);
-  PassingPlaces passing(const CapturedFrame& frame, const SearchedSurface& from,
+  PassingPlaces passing(const CapturedFrame& frame, const SearchedSurface& from, const SearchedSurface& to,
                         const FrameAhead& ahead, double step, RemeshOptions how);
   void replace_parts(CapturedFrame& frame, double step, const Remeshed& remeshed,
                      FollowedFrame& found);

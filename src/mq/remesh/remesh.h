@@ -102,10 +102,12 @@ struct Remeshed {
 Remeshed remesh(const Surface& of_template, const Surface& target,
                 const RemeshOptions& options = {}, const Progress& progress = {});
 
-/// A surface and what finds the closest points of its mesh; both must stay.
+/// A surface and what finds the closest points of its mesh; all must stay.
 struct SearchedSurface {
   const Surface& surface;
   const ClosestPointFinder& closest;
+  /// Of its vertices, on the other surface, where that is known; empty: they are looked for.
+  std::span<const ClosestPoint> places = {};
 };
 
 /// The same, bit for bit, for whoever has the finders already: setting them up is a good part of a

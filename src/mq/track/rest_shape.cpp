@@ -7,6 +7,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
@@ -48,12 +50,90 @@ Vector3 weights(const Corners& corners) {
   return result;
 }
 
-/// The rotation that takes the edges of one triangle nearest to those of another.
-Eigen::Matrix3d rotation(const Corners& from, const Corners& to, const Vector3& weight) {
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (int k = 0; k < 3; ++k) covariance += weight[k] * edge(to, k) * edge(from, k).transpose();
-  return nearest_rotation(singular_values(covariance));
+/// Two orthonormal vectors along a triangle, the first along its first edge and the second towards its third corner.
+Eigen::Matrix<double, 3, 2> plane_of(const Corners& corners) {
+  Eigen::Matrix<double, 3, 2> axes;
+  const Vector3 e = edge(corners, 0), f = corners[2] - corners[0];
+  const double length = e.norm();
+  axes.col(0) = length > 0 ? Vector3(e / length) : Vector3(Vector3::UnitX());
+  const Vector3 across = f - axes.col(0).dot(f) * axes.col(0);
+  const double height = across.norm();
+  axes.col(1) = height > 0 ? Vector3(across / height) : Vector3(axes.col(0)).unitOrthogonal();
+  return axes;
 }
+
+/// A triangle at rest: its edges in its plane, and their weights.
+struct RestTriangle {
+  Eigen::Matrix<double, 2, 3> edges;
+  Vector3 weight;
+
+  explicit RestTriangle(const Corners& corners) : weight(weights(corners)) {
+    const Eigen::Matrix<double, 3, 2> axes = plane_of(corners);
+    for (int k = 0; k < 3; ++k) edges.col(k) = axes.transpose() * edge(corners, k);
+  }
+
+  /// Its edges, turned to where they are nearest to those of `now`, times their weights; columns. Triangles lie in
+  /// planes, and the third corner of both is on the same side of the first edge, so that the map between the planes
+  /// turns nothing over: the rotation in space is that of the plane nearest to (a, b; c, d), by the angle of
+  /// (a + d, c − b).
+  Eigen::Matrix3d turned(const Corners& now) const {
+    const Eigen::Matrix<double, 3, 2> axes = plane_of(now);
+    Eigen::Matrix2d map = Eigen::Matrix2d::Zero();
+    for (int k = 0; k < 3; ++k) map += weight[k] * (axes.transpose() * edge(now, k)) * edges.col(k).transpose();
+    const double along = map(0, 0) + map(1, 1), across = map(1, 0) - map(0, 1);
+    const double length = std::sqrt(along * along + across * across);
+    Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();
+    if (length > 0) turn << along / length, -across / length, across / length, along / length;
+    return axes * (turn * edges) * weight.asDiagonal();
+  }
+};
+
+/// The matrix of the sum in the header, factored, and what its right side is made of.
+class RestEquations {
+ public:
+  RestEquations(const Mesh& now, std::span<const Corners> rest) : around_(now.positions.size(), 0) {
+    Entries entries;
+    entries.reserve(6 * rest.size() + around_.size());
+    triangles_.reserve(rest.size());
+    for (int t = 0; t < now.triangle_count(); ++t) {
+      triangles_.emplace_back(rest[t]);
+      for (int k = 0; k < 3; ++k) {
+        const int i = now.triangles[t][k], j = now.triangles[t][(k + 1) % 3];
+        const double w = triangles_.back().weight[k];
+        around_[i] += w, around_[j] += w;
+        entries.emplace_back(i, j, -w);
+        entries.emplace_back(j, i, -w);
+      }
+    }
+    for (int v = 0; v < now.vertex_count(); ++v)
+      entries.emplace_back(v, v, around_[v] > 0 ? (1 + hold) * around_[v] : 1);
+    solver_.emplace(sparse_matrix(now.vertex_count(), now.vertex_count(), entries));
+  }
+
+  /// One round from the positions x.
+  void improve(const Mesh& now, std::vector<Vector3>& x) const {
+    std::vector<Eigen::Matrix3d> turned(triangles_.size());
+    parallel_for(std::ssize(triangles_), [&](std::int64_t t) {
+      const auto& [a, b, c] = now.triangles[t];
+      turned[t] = triangles_[t].turned({x[a], x[b], x[c]});
+    });
+    Signal right(now.vertex_count(), 3);
+    for (int v = 0; v < now.vertex_count(); ++v)
+      right.row(v) = (around_[v] > 0 ? hold * around_[v] : 1) * now.positions[v].transpose();
+    for (std::size_t t = 0; t < turned.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        right.row(now.triangles[t][(k + 1) % 3]) += turned[t].col(k).transpose();
+        right.row(now.triangles[t][k]) -= turned[t].col(k).transpose();
+      }
+    const Signal solved = solver_->solve(right);
+    for (int v = 0; v < now.vertex_count(); ++v) x[v] = solved.row(v).transpose();
+  }
+
+ private:
+  std::vector<RestTriangle> triangles_;
+  std::vector<double> around_;  ///< per vertex the weights of its edges
+  std::optional<DirectSolver> solver_;
+};
 
 }  // namespace
 
@@ -69,39 +149,8 @@ std::vector<Vector3> rest_shape(const Mesh& now, std::span<const Corners> rest) 
   for (int t = 0; t < now.triangle_count() && !changed; ++t) changed = corners(t) != rest[t];
   if (!changed) return result;
 
-  Entries entries;
-  std::vector<double> around(result.size(), 0);
-  std::vector<Vector3> weight;
-  for (int t = 0; t < now.triangle_count(); ++t) {
-    weight.push_back(weights(rest[t]));
-    for (int k = 0; k < 3; ++k) {
-      const int i = now.triangles[t][k], j = now.triangles[t][(k + 1) % 3];
-      const double w = weight.back()[k];
-      around[i] += w, around[j] += w;
-      entries.emplace_back(i, j, -w);
-      entries.emplace_back(j, i, -w);
-    }
-  }
-  for (int v = 0; v < now.vertex_count(); ++v)
-    entries.emplace_back(v, v, around[v] > 0 ? (1 + hold) * around[v] : 1);
-  const DirectSolver solver(sparse_matrix(now.vertex_count(), now.vertex_count(), entries));
-
-  for (int round = 0; round < rounds; ++round) {
-    std::vector<Eigen::Matrix3d> turns(rest.size());
-    parallel_for(std::ssize(rest),
-                 [&](std::int64_t t) { turns[t] = rotation(rest[t], corners(int(t)), weight[t]); });
-    Signal right(now.vertex_count(), 3);
-    for (int v = 0; v < now.vertex_count(); ++v)
-      right.row(v) = (around[v] > 0 ? hold * around[v] : 1) * now.positions[v].transpose();
-    for (int t = 0; t < now.triangle_count(); ++t)
-      for (int k = 0; k < 3; ++k) {
-        const Vector3 constraint = weight[t][k] * (turns[t] * edge(rest[t], k));
-        right.row(now.triangles[t][(k + 1) % 3]) += constraint.transpose();
-        right.row(now.triangles[t][k]) -= constraint.transpose();
-      }
-    const Signal x = solver.solve(right);
-    for (int v = 0; v < now.vertex_count(); ++v) result[v] = x.row(v).transpose();
-  }
+  const RestEquations equations(now, rest);
+  for (int round = 0; round < rounds; ++round) equations.improve(now, result);
   return result;
 }
 

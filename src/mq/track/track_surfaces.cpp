@@ -70,6 +70,10 @@ SurfaceDistance distances_of(const std::vector<ClosestPoint>& closest, double di
   return result;
 }
 
+SurfaceDistance larger(const SurfaceDistance& a, const SurfaceDistance& b) {
+  return {std::max(a.mean, b.mean), std::max(a.p95, b.p95), std::max(a.max, b.max)};
+}
+
 /// The corners 1 and 2 of a triangle, seen from corner 0, in its plane; columns.
 Eigen::Matrix2d flat(const Vector3& a, const Vector3& b, const Vector3& c) {
   const Vector3 e = b - a, f = c - a;
@@ -148,7 +152,7 @@ TrackTarget::TrackTarget(const Mesh& mesh, const Signal& colours,
   diagonal_ = bounding_box(surface_.mesh).diagonal();
   for (int v = 0; v < surface_.mesh.vertex_count(); ++v)
     if (measured.empty() || measured[clean.source_from_vertex[v]])
-      measured_.push_back(surface_.mesh.positions[v]);
+      measured_.push_back(v);
   require(!measured_.empty(), "no vertex of the frame is measured");
   source_from_triangle_ = std::move(clean.source_from_triangle);
   defects_ = std::move(clean.defects);
@@ -172,11 +176,17 @@ std::vector<Vector3> unfolded_onto(const TrackTarget& target, Mesh mesh) {
 
 SurfaceDistance surface_distance(const Mesh& tracked, const TrackTarget& target) {
   const ClosestPointFinder on_tracked(tracked);
-  const SurfaceDistance there =
-      distances_of(target.closest()(tracked.positions), target.diagonal());
-  const SurfaceDistance back = distances_of(on_tracked(target.measured()), target.diagonal());
-  return {std::max(there.mean, back.mean), std::max(there.p95, back.p95),
-          std::max(there.max, back.max)};
+  std::vector<Vector3> measured;
+  for (const int v : target.measured()) measured.push_back(target.surface().mesh.positions[v]);
+  return larger(distances_of(target.closest()(tracked.positions), target.diagonal()),
+                distances_of(on_tracked(measured), target.diagonal()));
+}
+
+SurfaceDistance surface_distance(const std::vector<ClosestPoint>& there, const std::vector<ClosestPoint>& back,
+                                 const TrackTarget& target) {
+  std::vector<ClosestPoint> measured;
+  for (const int v : target.measured()) measured.push_back(back[v]);
+  return larger(distances_of(there, target.diagonal()), distances_of(measured, target.diagonal()));
 }
 
 Distortion distortion(const std::vector<Triangle>& triangles, std::span<const Vector3> rest,

@@ -16,12 +16,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/flow/surface_registration.h"
+#include "mq/mesh/moving_closest_point.h"
 #include "mq/track/deformation_graph.h"
 #include "mq/track/detail/alone.h"
 #include "mq/track/detail/shares.h"
@@ -88,6 +90,7 @@ struct SurfaceTracker::State {
                         rest.mesh.vertex_count()));
   }
 
+  void find_nearest(const TrackTarget& target);
   std::vector<Match> matches(const TrackTarget& target);
   void weigh(std::vector<Match>& found, double widths) const;
   std::vector<NodeMotion> beginning(std::span<const Vector3> current,
@@ -108,7 +111,6 @@ struct SurfaceTracker::State {
   void find_again(std::span<const Vector3> current, const std::vector<NodeMotion>& begin,
                   const TrackTarget& target, TrackedFrame& frame, const Progress& progress);
   void add_pulls_of_target(const TrackTarget& target, const std::vector<Vector3>& normals,
-                           const std::vector<ClosestPoint>& back,
                            const std::vector<char>& left_out, double width,
                            std::vector<double>& weights, Signal& moves) const;
   Signal screened(const std::vector<double>& weights, const Signal& moves, double alpha);
@@ -126,7 +128,20 @@ struct SurfaceTracker::State {
   DeformationGraph graph;
   std::unique_ptr<DirectSolver> snap_solver;
   SparseMatrix stiffness;
+  /// Closest points of the template's vertices on the last target, and of that one's on the template.
+  std::vector<ClosestPoint> there, back;
+  std::optional<MovingClosestPointFinder> on_template;
 };
+
+/// Those of before are where the search begins: between two steps little moves.
+void SurfaceTracker::State::find_nearest(const TrackTarget& target) {
+  there = target.closest()(now.mesh.positions, there);
+  if (on_template)
+    on_template->follow();
+  else
+    on_template.emplace(now.mesh);
+  back = (*on_template)(target.surface().mesh.positions, back);
+}
 
 /// Closest points from the template's vertices to the target, and from the target's to the template
 /// (which pull at the nearest corner). Both must face alike; the first are left out where the way
@@ -135,9 +150,7 @@ std::vector<Match> SurfaceTracker::State::matches(const TrackTarget& target) {
   const Mesh &mesh = now.mesh, &other = target.surface().mesh;
   const std::vector<Vector3> normals = vertex_normals(mesh);
   const double least_cosine = std::cos(options.most_angle * std::numbers::pi / 180);
-  const ClosestPointFinder on_template(mesh);
-  const std::vector<ClosestPoint> there = target.closest()(mesh.positions);
-  const std::vector<ClosestPoint> back = on_template(other.positions);
+  find_nearest(target);
   const std::vector<double> target_shares = area_shares(other);
   const std::vector<char> mine_alone = alone(mesh, there, other, back, reach);
   const std::vector<char> target_alone = alone(other, back, mesh, there, reach);
@@ -327,7 +340,6 @@ Signal SurfaceTracker::State::screened(const std::vector<double>& weights, const
 /// its sharp edges. Weights grow by theirs, times their area over that of the vertex.
 void SurfaceTracker::State::add_pulls_of_target(const TrackTarget& target,
                                                 const std::vector<Vector3>& normals,
-                                                const std::vector<ClosestPoint>& back,
                                                 const std::vector<char>& left_out, double width,
                                                 std::vector<double>& weights,
                                                 Signal& moves) const {
@@ -360,8 +372,7 @@ void SurfaceTracker::State::snap(const TrackTarget& target, TrackedFrame& frame,
   for (std::size_t pass = 0; pass < options.snaps.size(); ++pass) {
     progress.at(double(pass) / double(options.snaps.size()));
     const std::vector<Vector3> normals = vertex_normals(now.mesh);
-    const std::vector<ClosestPoint> there = target.closest()(now.mesh.positions);
-    const std::vector<ClosestPoint> back = ClosestPointFinder(now.mesh)(other.positions);
+    find_nearest(target);
     const std::vector<char> mine_alone = alone(now.mesh, there, other, back, reach);
     const std::vector<char> target_alone = alone(other, back, now.mesh, there, reach);
     std::vector<double> distances;
@@ -379,7 +390,7 @@ void SurfaceTracker::State::snap(const TrackTarget& target, TrackedFrame& frame,
     });
     frame.matched = 0;
     for (int v = 0; v < n; ++v) frame.matched += shares[v] * weights[v];
-    add_pulls_of_target(target, normals, back, target_alone, width, weights, moves);
+    add_pulls_of_target(target, normals, target_alone, width, weights, moves);
     const Signal u = screened(weights, moves, options.snaps[pass]);
     for (int v = 0; v < n; ++v) now.mesh.positions[v] += u.row(v).transpose();
   }
@@ -404,7 +415,8 @@ void SurfaceTracker::State::settle(const TrackTarget& target, TrackedFrame& fram
   snap(target, frame, progress);
   now.mesh.positions = unfolded_onto(target, now.mesh);
   const Stopwatch measuring;
-  frame.distance = surface_distance(now.mesh, target);
+  find_nearest(target);
+  frame.distance = surface_distance(there, back, target);
   frame.distortion = distortion(rest.mesh.triangles, rest.mesh.positions, now.mesh.positions);
   frame.seconds.measure += measuring.seconds();
   frame.positions = now.mesh.positions;
@@ -451,6 +463,7 @@ TrackedFrame SurfaceTracker::follow(std::span<const Vector3> current, std::span<
                       current.size(), previous.size(), n));
   const Stopwatch watch;
   TrackedFrame frame;
+  s.on_template.reset();
   const std::vector<NodeMotion> motions = s.beginning(current, previous, target, frame.predicted);
   s.lie_on(current, target, frame, motions, progress);
   if (frame.distance.p95 > lost_distance)
@@ -468,6 +481,7 @@ TrackedFrame SurfaceTracker::follow_known(std::span<const Vector3> current, std:
   const Stopwatch watch;
   TrackedFrame frame;
   frame.known = true;
+  s.on_template.reset();
   s.now.mesh.positions = moved;
   const bool by_colour = s.sees_colours(target);
   if (by_colour) {

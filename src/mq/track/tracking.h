@@ -41,8 +41,8 @@ class TrackTarget {
   const Signal& colours() const { return colours_; }
   const ClosestPointFinder& closest() const { return *closest_; }
   double diagonal() const { return diagonal_; }
-  /// Positions of the vertices that are asked for their distance.
-  const std::vector<Vector3>& measured() const { return measured_; }
+  /// Vertices that are asked for their distance, from the lowest on.
+  const std::vector<int>& measured() const { return measured_; }
   /// Per triangle of the surface that of the mesh it was made of, which was `cleaned`; and what was
   /// found of that.
   const std::vector<int>& source_from_triangle() const { return source_from_triangle_; }
@@ -54,7 +54,7 @@ class TrackTarget {
   Signal colours_;
   std::unique_ptr<ClosestPointFinder> closest_;
   double diagonal_ = 0;
-  std::vector<Vector3> measured_;
+  std::vector<int> measured_;
   std::vector<int> source_from_triangle_;
   Defects defects_;
 };
@@ -99,6 +99,11 @@ struct SurfaceDistance {
   double mean = 0, p95 = 0, max = 0;
 };
 SurfaceDistance surface_distance(const Mesh& tracked, const TrackTarget& target);
+
+/// The same where closest points are known: of the tracked vertices on the target, and of all of the target's vertices
+/// on what is tracked.
+SurfaceDistance surface_distance(const std::vector<ClosestPoint>& there, const std::vector<ClosestPoint>& back,
+                                 const TrackTarget& target);
 
 /// What has become of the triangles: max(σ₁, 1/σ₂) of the map from their rest shape, σ₁ ≥ σ₂
 /// its singular values; 1: unchanged. Mean and 95th percentile by area at rest.

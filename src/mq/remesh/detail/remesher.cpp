@@ -18,7 +18,8 @@ namespace mq {
 void Remesher::find_seeds(const Progress& progress) {
   Stopwatch watch;
   SeedScores found =
-      seed_scores({template_, template_finder_}, {target_, target_finder_}, options_, progress);
+      seed_scores({template_, template_finder_, template_places_}, {target_, target_finder_, target_places_}, options_,
+                  progress);
   const double tolerance = found.tolerance;
   reach_ = 2 * tolerance + 2 * (mean_edge_length(template_) + mean_edge_length(target_));
   Mismatch &of_template = found.of_template, &of_target = found.of_target;

@@ -25,7 +25,9 @@ class Remesher {
         target_(target.surface),
         options_(options),
         template_finder_(of_template.closest),
-        target_finder_(target.closest) {}
+        target_finder_(target.closest),
+        template_places_(of_template.places),
+        target_places_(target.places) {}
 
   Remeshed run(const Progress& progress);
 
@@ -86,6 +88,7 @@ class Remesher {
   const Surface &template_, &target_;
   const RemeshOptions& options_;
   const ClosestPointFinder &template_finder_, &target_finder_;
+  std::span<const ClosestPoint> template_places_, target_places_;  // empty: not known yet
   Remeshed result_;
   SurfacePair pair_;
   std::vector<ClosestPoint> on_target_, on_template_;  // of template's and target's vertices

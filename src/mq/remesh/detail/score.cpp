@@ -157,25 +157,33 @@ Mismatch mismatch(const Surface& surface, const ClosestPointFinder& other,
                   const MismatchOptions& options, const Progress& progress) {
   require(options.tolerance > 0, "the tolerance of a mismatch must be above 0");
   Mismatch found;
-  found.places = other(surface.mesh.positions, progress.step("distances", 0.5));
-  const std::vector<PrincipalCurvatures> curvatures =
-      options.curvature > 0
-          ? vertex_curvatures(surface, {.rings = 1}, progress.step("curvatures", 0.3))
-          : std::vector<PrincipalCurvatures>(surface.mesh.positions.size());
-  const double h = mean_edge_length(surface);
+  if (options.places.empty())
+    found.places = other(surface.mesh.positions, progress.step("distances", 0.5));
+  else
+    found.places.assign(options.places.begin(), options.places.end());
+  require(found.places.size() == surface.mesh.positions.size(), "a mismatch needs a place for every vertex");
   std::vector<char> used(surface.mesh.positions.size(), 0);
   for (const Triangle& t : surface.mesh.triangles)
     for (const int v : t) used[std::size_t(v)] = 1;
 
   std::vector<double>& scores = found.scores;
   scores.assign(surface.mesh.positions.size(), 0);
-  std::vector<int> modulated;
+  std::vector<int> bending, modulated;
   for (std::size_t v = 0; v < scores.size(); ++v) {
     if (!used[v]) continue;
-    const double bent = std::max(std::abs(curvatures[v].max), std::abs(curvatures[v].min));
-    scores[v] = std::sqrt(found.places[v].squared_distance) / options.tolerance *
-                (1 + options.curvature * std::min(1.0, bent * h));
-    if (scores[v] > options.least && options.occlusion > 0) modulated.push_back(int(v));
+    scores[v] = std::sqrt(found.places[v].squared_distance) / options.tolerance;
+    if (scores[v] * (1 + options.curvature) > options.least) bending.push_back(int(v));
+  }
+  const std::vector<PrincipalCurvatures> curvatures =
+      options.curvature > 0
+          ? vertex_curvatures(surface, bending, {.rings = 1}, progress.step("curvatures", 0.3))
+          : std::vector<PrincipalCurvatures>(bending.size());
+  const double h = mean_edge_length(surface);
+  for (std::size_t i = 0; i < bending.size(); ++i) {
+    double& score = scores[std::size_t(bending[i])];
+    const double bent = std::max(std::abs(curvatures[i].max), std::abs(curvatures[i].min));
+    score *= 1 + options.curvature * std::min(1.0, bent * h);
+    if (score > options.least && options.occlusion > 0) modulated.push_back(bending[i]);
   }
   const std::vector<double> seen = visibility(surface, modulated, progress.step("visibility", 0.2));
   for (std::size_t i = 0; i < modulated.size(); ++i)

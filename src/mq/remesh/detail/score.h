@@ -17,6 +17,8 @@ struct MismatchOptions {
   double curvature = 2;     ///< from 0: how much more counts what is bent
   double least = 0.5;       ///< scores that cannot reach it are not modulated
   double farthest = 0;      ///< distance of score 1 at least, wherever it is; 0: none is
+  /// Nearest points of the other surface, where they are known; empty: they are looked for.
+  std::span<const ClosestPoint> places = {};
 };
 
 /// Per vertex of a surface how it is shown by the other one.
@@ -33,8 +35,8 @@ struct Mismatch {
 /// normal, in which nothing of the surface itself is in the way (1 minus its ambient occlusion), κ
 /// the larger of the absolute principal curvatures, h the surface's mean edge, o and c the options'
 /// `occlusion` and `curvature`; d / `farthest` where that is more. Without a unit. V is found only
-/// where d and κ alone reach `least`; elsewhere it counts as 1. A vertex that no triangle uses has
-/// score 0.
+/// where d and κ alone reach `least`, and κ only where d does with the most that κ can add; elsewhere
+/// they count as 1 and 0. A vertex that no triangle uses has score 0.
 Mismatch mismatch(const Surface& surface, const ClosestPointFinder& other,
                   const MismatchOptions& options, const Progress& progress = {});
 

@@ -23,10 +23,11 @@ SeedScores seed_scores(const SearchedSurface& of_template, const SearchedSurface
   const double h = mean_edge_length(of_template.surface), g = mean_edge_length(target.surface);
   found.tolerance = options.tolerance > 0 ? options.tolerance : 2 * std::min(h, g);
   const double accuracy = options.accuracy > 0 ? options.accuracy : found.tolerance;
-  const MismatchOptions how{accuracy, options.occlusion, options.curvature, options.keep,
-                            options.farthest};
+  MismatchOptions how{accuracy, options.occlusion, options.curvature, options.keep,
+                      options.farthest, of_template.places};
   found.of_template =
       mismatch(of_template.surface, target.closest, how, progress.step("template", 0.5));
+  how.places = target.places;
   found.of_target =
       mismatch(target.surface, of_template.closest, how, progress.step("target", 0.5));
   found.distorted.assign(options.retriangulated.begin(), options.retriangulated.end());
