@@ -16,14 +16,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/flow/surface_registration.h"
-#include "mq/mesh/moving_closest_point.h"
+#include "mq/mesh/closest_point.h"
 #include "mq/track/deformation_graph.h"
 #include "mq/track/detail/alone.h"
 #include "mq/track/detail/shares.h"
@@ -130,17 +129,12 @@ struct SurfaceTracker::State {
   SparseMatrix stiffness;
   /// Closest points of the template's vertices on the last target, and of that one's on the template.
   std::vector<ClosestPoint> there, back;
-  std::optional<MovingClosestPointFinder> on_template;
 };
 
 /// Those of before are where the search begins: between two steps little moves.
 void SurfaceTracker::State::find_nearest(const TrackTarget& target) {
   there = target.closest()(now.mesh.positions, there);
-  if (on_template)
-    on_template->follow();
-  else
-    on_template.emplace(now.mesh);
-  back = (*on_template)(target.surface().mesh.positions, back);
+  back = ClosestPointFinder(now.mesh)(target.surface().mesh.positions, back);
 }
 
 /// Closest points from the template's vertices to the target, and from the target's to the template
@@ -463,7 +457,6 @@ TrackedFrame SurfaceTracker::follow(std::span<const Vector3> current, std::span<
                       current.size(), previous.size(), n));
   const Stopwatch watch;
   TrackedFrame frame;
-  s.on_template.reset();
   const std::vector<NodeMotion> motions = s.beginning(current, previous, target, frame.predicted);
   s.lie_on(current, target, frame, motions, progress);
   if (frame.distance.p95 > lost_distance)
@@ -481,7 +474,6 @@ TrackedFrame SurfaceTracker::follow_known(std::span<const Vector3> current, std:
   const Stopwatch watch;
   TrackedFrame frame;
   frame.known = true;
-  s.on_template.reset();
   s.now.mesh.positions = moved;
   const bool by_colour = s.sees_colours(target);
   if (by_colour) {
