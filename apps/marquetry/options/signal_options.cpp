@@ -76,7 +76,7 @@ void add_halo_option(OptionTable& table, const std::string& group) {
   table.add({.name = "halo",
              .type = Option::Type::number,
              .least = 0,
-             .most = 1000,
+             .most = 1,
              .infinite = true,
              .group = group,
              .help = "how far beyond what is around it sharpening may carry an edge: part of the contrast there",

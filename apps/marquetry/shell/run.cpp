@@ -245,7 +245,7 @@ void add_running_options(OptionTable& table) {
              .least = 0,
              .most = 4294967295,
              .group = group,
-             .help = "of random numbers, which only sample has"});
+             .help = "of random numbers, which sample and react draw"});
   table.add({.name = "quiet",
              .letter = 'q',
              .group = group,

@@ -71,14 +71,13 @@ Signal coloured(const Substances& state, const Colour& ground, const Colour& ink
 constexpr double most_steps = 1e8;
 
 void require_bearable(const OptionValues& options, const PatternGrowth& growth) {
-  const double cost = growth.cost();
+  const PatternGrowth::Stage longest = growth.stages().front();
   require(
-      cost <= most_steps,
+      longest.steps <= most_steps,
       fmt::format("--time {:g}: takes {:.3g} steps of {:.3g}, which is what a wave of --scale {} "
                   "allows on this surface; wanted at most {:g} steps: choose a shorter time, or "
                   "a smaller scale",
-                  options.number("time"), cost, growth.stages().back().process->time_step(), options.text("scale"),
-                  most_steps));
+                  options.number("time"), longest.steps, longest.process->time_step(), options.text("scale"), most_steps));
 }
 
 /// "40 seconds", "12 minutes", "5 hours", "3 days".
@@ -89,15 +88,15 @@ std::string spoken(double seconds) {
   return counted(std::llround(seconds), "second");
 }
 
-/// Where it takes long, says so.
+/// Where it takes long, says so, with what would make it shorter.
 Substances grow(Run& run, const PatternGrowth& growth, const Reaction& reaction, Substances seeds,
-                const Progress& progress) {
+                const std::string& advice, const Progress& progress) {
   constexpr double long_wait = 20;  // seconds
+  const PatternGrowth::Stage longest = growth.stages().front();
   const auto expect = [&](double wait) {
     if (wait > long_wait)
-      run.terminal().remark(fmt::format("as much as {} on {} takes about {}; --time and --scale say how many",
-                                        counted(std::llround(growth.cost()), "step"),
-                                        counted(growth.stages().back().process->size(), "unknown"), spoken(wait)));
+      run.terminal().remark(fmt::format("{} on {} take about {}; {}", counted(std::llround(longest.steps), "step"),
+                                        counted(longest.process->size(), "unknown"), spoken(wait), advice));
   };
   return growth.grow(reaction, std::move(seeds), expect, progress);
 }
@@ -154,20 +153,14 @@ bool shows_places_twice(const ModelSignal& domain) {
   });
 }
 
-/// Where nothing grew the picture is plain: says why. `seeds` is how much there was at first.
-void warn_of_nothing(Run& run, float seeds, const Substances& state) {
+/// Where nothing is left the picture is plain: says why.
+void warn_of_nothing(Run& run, const Substances& state) {
   constexpr float visible = 1.0F / 255;
-  const OptionValues& options = run.options();
   if (most_of_second(state) >= visible) return;
   run.terminal().warning(
-      seeds > 0
-          ? fmt::format(
-                "nothing is left of the pattern: it died out; at --scale {} the surface may "
-                "be too small for it, and --feed and --kill decide whether any can live",
-                options.text("scale"))
-          : fmt::format("nothing grew: at --scale {} no seed lies on the surface; choose another "
-                        "--seed, or a smaller --scale",
-                        options.text("scale")));
+      fmt::format("nothing is left of the pattern: it died out; another --seed may live, at --scale {} the surface may be "
+                  "too small for it, and --feed and --kill decide whether any can",
+                  run.options().text("scale")));
 }
 
 Exit react(Run& run) {
@@ -182,6 +175,7 @@ Exit react(Run& run) {
   std::unique_ptr<ModelSignal> domain;
   std::unique_ptr<SignalSpace> along;
   std::unique_ptr<PatternGrowth> growth;
+  std::string advice = "--time and --scale say how many";
   const GrayScottPreset preset = asked_preset(options);
   double wave_length = 0;
   {
@@ -192,9 +186,11 @@ Exit react(Run& run) {
       wave_length = std::sqrt(
           weight_from_length(parse_length(options.text("scale")), domain->space().scale()));
       require(wave_length > 0, "--scale must be more than 0");
+      const bool twice = shows_places_twice(*domain);
+      if (twice) advice = "charts share texels, so that all takes place on these: 'unwrap' gives each its own, or take --vertices";
       growth = std::make_unique<PatternGrowth>(
-          along ? *along : domain->space(), along || shows_places_twice(*domain) ? nullptr : &scene.surface,
-          diffusivities(preset, wave_length), wave_length, options.number("time"), step.progress().step("weights", 0.45));
+          along ? *along : domain->space(), along || twice ? nullptr : &scene.surface, diffusivities(preset, wave_length),
+          wave_length, options.number("time"), step.progress().step("weights", 0.45));
     });
   }
   warn_of_coarse_texels(run, scene, *domain,
@@ -202,12 +198,15 @@ Exit react(Run& run) {
                         along ? " across the field" : "");
   require_bearable(options, *growth);
   Substances state = growth->seeds(std::uint64_t(options.integer("seed")));
-  const float seeds = most_of_second(state);
+  require(most_of_second(state) > 0,
+          fmt::format("nothing can grow: with --seed {} at --scale {} no seed lies on the surface; choose another --seed, "
+                      "or a smaller --scale",
+                      options.text("seed"), options.text("scale")));
   {
     const Step step(run, "react", 0.7);
-    state = grow(run, *growth, gray_scott(preset.rates), std::move(state), step);
+    state = grow(run, *growth, gray_scott(preset.rates), std::move(state), advice, step);
   }
-  warn_of_nothing(run, seeds, state);
+  warn_of_nothing(run, state);
   run.result["stages"] = Json::array();
   for (const PatternGrowth::Stage& stage : growth->stages())
     run.result["stages"].push_back({{"unknowns", stage.process->size()},

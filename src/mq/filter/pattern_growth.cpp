@@ -1,10 +1,11 @@
-// Seeds and most of the time where a wave has a dozen vertices, the rest on the space.
+// Seeds and most of the time where a wave has a dozen vertices, the rest where it has twice as many.
 
 #include "mq/filter/pattern_growth.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "mq/base/error.h"
@@ -14,11 +15,8 @@ namespace mq {
 
 namespace {
 
-/// Of the cost, what the evenly spaced surface must save to be worth its making.
-constexpr double worth = 0.5;
-
-/// Entries of a row at a vertex, and at a texel.
-constexpr double entries_of_vertex = 7, entries_of_texel = 9;
+/// More than the space has unknowns, at most, for the sake of memory.
+constexpr double most_vertices = 4e6;
 
 double bytes(const PatternGrowth::Stage& stage) { return double(stage.process->bytes_per_step()) * stage.steps; }
 
@@ -44,32 +42,37 @@ Substances as_substances(const Signal& values) {
 
 PatternGrowth::PatternGrowth(const SignalSpace& space, const Surface* surface, std::array<double, 2> diffusivity,
                              double wave_length, double time, const Progress& progress)
-    : space_(space),
-      wave_length_(wave_length),
-      time_(time),
-      process_(space, diffusivity, 1, progress.step("weights", 0.3)) {
-  const double spacing = wave_length / vertices_per_wave;
-  const double here = double(process_.size()) / process_.time_step();
-  if (surface && time > 2 * last_time &&
-      EvenlySpacedSurface::expected_size(*surface, spacing) * entries_of_vertex < worth * here * entries_of_texel) {
-    even_ = std::make_unique<EvenlySpacedSurface>(*surface, spacing, progress.step("evenly spaced surface", 0.7));
-    even_process_.emplace(even_->space(), diffusivity);
+    : space_(space), wave_length_(wave_length) {
+  const double spacing = wave_length / vertices_per_wave, size = space.size();
+  const auto vertices = [&](double apart) { return EvenlySpacedSurface::expected_size(*surface, apart); };
+  constexpr double more = (vertices_per_wave / least_texels) * (vertices_per_wave / least_texels);
+  if (!surface || vertices(spacing) > std::max(size, std::min(more * size, most_vertices))) {
+    places_.push_back({nullptr, std::make_unique<ReactionDiffusion>(space, diffusivity, 1, progress), time});
+    return;
   }
+  const bool is_seen_finely = vertices(spacing / 2) < size && time > 2 * last_time;
+  const auto grow_at = [&](double apart, double how_long, const Progress& here) {
+    Place place{std::make_unique<EvenlySpacedSurface>(*surface, apart, here), nullptr, how_long};
+    place.process = std::make_unique<ReactionDiffusion>(place.surface->space(), diffusivity);
+    places_.push_back(std::move(place));
+  };
+  grow_at(spacing, is_seen_finely ? time - last_time : time, progress.step("evenly spaced surface", 0.3));
+  if (is_seen_finely) grow_at(spacing / 2, last_time, progress.step("evenly spaced surface", 0.7));
   progress.at(1);
 }
 
-std::vector<PatternGrowth::Stage> PatternGrowth::stages() const {
-  const auto stage = [](const ReactionDiffusion& process, double time) {
-    return Stage{&process, std::ceil(time / process.time_step())};
-  };
-  if (!even_) return {stage(process_, time_)};
-  return {stage(*even_process_, time_ - last_time), stage(process_, last_time)};
+const SignalSpace& PatternGrowth::at(const Place& place) const {
+  return place.surface ? static_cast<const SignalSpace&>(place.surface->space()) : space_;
 }
 
-double PatternGrowth::cost() const { return bytes(stages()) / double(process_.bytes_per_step()); }
+std::vector<PatternGrowth::Stage> PatternGrowth::stages() const {
+  std::vector<Stage> stages;
+  for (const Place& place : places_) stages.push_back({place.process.get(), std::ceil(place.time / place.process->time_step())});
+  return stages;
+}
 
 Substances PatternGrowth::seeds(std::uint64_t seed) const {
-  return seeded_substances(even_ ? even_->space().positions() : space_.positions(), wave_length_, seed);
+  return seeded_substances(at(places_.front()).positions(), wave_length_, seed);
 }
 
 Substances PatternGrowth::grow(const Reaction& reaction, Substances state, const Expect& expect,
@@ -78,13 +81,13 @@ Substances PatternGrowth::grow(const Reaction& reaction, Substances state, const
   const std::vector<Stage> all = stages();
   const double total = std::max(1.0, bytes(all));
   require(std::ranges::all_of(all, [](const Stage& stage) { return stage.steps <= std::numeric_limits<int>::max(); }),
-          fmt::format("a time of {:g} takes {:.3g} steps", time_, all.front().steps));
-  for (const Stage& stage : all) {
-    const bool is_last = &stage == &all.back();
-    const Progress here = progress.step(is_last ? "grow" : "grow on even spacing", bytes(stage) / total);
-    if (&stage != &all.front()) state = as_substances(even_->at(space_.positions(), as_signal(state)));
+          fmt::format("a time of {:g} takes {:.3g} steps", places_.front().time, all.front().steps));
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const Stage& stage = all[k];
+    const Progress here = progress.step("grow", 0.9 * bytes(stage) / total);
+    if (k > 0) state = as_substances(places_[k - 1].surface->at(at(places_[k]).positions(), as_signal(state)));
     int steps = int(stage.steps);
-    if (&stage == &all.front() && expect && steps > timed) {
+    if (k == 0 && expect && steps > timed) {
       const Stopwatch watch;
       stage.process->run(reaction, timed, state);
       expect(watch.seconds() * (total / (bytes(stage) * timed / steps) - 1));
@@ -92,7 +95,9 @@ Substances PatternGrowth::grow(const Reaction& reaction, Substances state, const
     }
     stage.process->run(reaction, steps, state, here);
   }
-  return state;
+  const Place& last = places_.back();
+  if (!last.surface) return state;
+  return as_substances(last.surface->at(space_.positions(), as_signal(state), progress.step("take values", 0.1)));
 }
 
 }  // namespace mq

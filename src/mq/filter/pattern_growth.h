@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "mq/base/progress.h"
@@ -15,15 +14,17 @@ namespace mq {
 /// An explicit step of time may be as long as the square of the spacing, so that a wave of n texels takes n⁴ of
 /// something on a surface, and the smallest texels decide. But a pattern with waves of `vertices_per_wave` vertices grows
 /// as one with more, and stays where it is when it is looked at more finely. So it grows on an evenly spaced surface,
-/// and takes the last of its time on the texels, or vertices, that are asked for. Where these are not many more, all of it
-/// takes place on them.
+/// and the unknowns of the space, texels or vertices, take their values from there. Where these lie closer than
+/// half its spacing, the last of the time passes on one of twice as many vertices a wave, so that triangles are not seen.
+/// Where a wave has hardly `least_texels` unknowns, or there is no surface to take, all of it takes place on the space.
 class PatternGrowth {
  public:
   /// With 12 the decay of a wave is taken for 2 % faster than it is, (2π/12)²/12; with 8 spots get longish, as vertices do not
   /// lie evenly enough.
   static constexpr double vertices_per_wave = 12;
+  static constexpr double least_texels = 6;
 
-  /// Time on the space at the end: in a few units a pattern's own spreading levels what is as fine as the surface before.
+  /// Time on the finer surface at the end: in a few units a pattern's own spreading levels what is as fine as the one before.
   static constexpr double last_time = 16;
 
   /// `wave_length` in model units. `surface`: that of the space, whose metric it has; null where there is none with that
@@ -31,16 +32,13 @@ class PatternGrowth {
   PatternGrowth(const SignalSpace& space, const Surface* surface, std::array<double, 2> diffusivity, double wave_length,
                 double time, const Progress& progress = {});
 
-  /// A run on the evenly spaced surface, or on the space.
+  /// A run on an evenly spaced surface, or on the space.
   struct Stage {
     const ReactionDiffusion* process;
     double steps;  ///< a whole number, however large
   };
-  /// One or two; the last is that on the space.
+  /// One or two.
   std::vector<Stage> stages() const;
-
-  /// What all of it costs, in steps on the space.
-  double cost() const;
 
   /// `seeded_substances` where it begins.
   Substances seeds(std::uint64_t seed) const;
@@ -53,11 +51,17 @@ class PatternGrowth {
                   const Progress& progress = {}) const;
 
  private:
+  /// Where it grows for a time; no surface: on the space.
+  struct Place {
+    std::unique_ptr<EvenlySpacedSurface> surface;
+    std::unique_ptr<ReactionDiffusion> process;
+    double time;
+  };
+  const SignalSpace& at(const Place& place) const;
+
   const SignalSpace& space_;
-  double wave_length_, time_;
-  ReactionDiffusion process_;
-  std::unique_ptr<EvenlySpacedSurface> even_;
-  std::optional<ReactionDiffusion> even_process_;
+  double wave_length_;
+  std::vector<Place> places_;
 };
 
 }  // namespace mq

@@ -3,6 +3,7 @@
 /// those of the mesh, degenerate ones included (they have area 0, normal 0 and angles that are
 /// finite). Nothing here depends on the number of threads.
 
+#include <span>
 #include <vector>
 
 #include "mq/mesh/surface.h"
