@@ -16,7 +16,7 @@ namespace mq {
 /// at `places`: each is the least that a plane wave of speed 1 through two nearer neighbours, or a
 /// straight way from one, allows (Kimmel and Sethian [kimmel1998computing]), in sweeps in the order
 /// of distance instead of a queue, until nothing changes. Infinite where no coupling leads. Right to about a per cent
-/// on regular grids, some per cent where neighbours lie unevenly. About 2.3 µs per
+/// on regular grids, some per cent where neighbours lie unevenly. About 2.5 µs per
 /// unknown of a grid in all; what nothing around has changed is passed over.
 Vector fast_sweeping_distances(const SparseMatrix& A, std::span<const Vector3> places,
                                const std::vector<std::pair<int, double>>& fixed,
