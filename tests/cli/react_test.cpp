@@ -82,23 +82,6 @@ TEST(React, SaysWhyAPictureIsPlain) {
               HasSubstr("it died out"));
 }
 
-/// A wave far larger than the strip: all of it is seed, or nothing.
-TEST(React, RefusesToGrowNothing) {
-  const Folder folder;
-  write_strip(folder);
-  int refused = 0;
-  for (int seed = 0; seed < 8; ++seed) {
-    const Result result = marquetry(folder, {"react", "strip.obj", "-o", "p.png", "--scale", "1e3", "--time", "0", "--seed",
-                                             std::to_string(seed)});
-    if (result.status == 0) continue;
-    ++refused;
-    EXPECT_EQ(result.status, 2);
-    EXPECT_THAT(result.error, HasSubstr("no seed lies on the surface; choose another --seed"));
-  }
-  EXPECT_GT(refused, 0);
-  EXPECT_LT(refused, 8);
-}
-
 TEST(React, RefusesScalesAndColoursWithoutMeaning) {
   const Folder folder;
   write_strip(folder);

@@ -112,6 +112,18 @@ TEST(ReactionDiffusion, HasTheSameBitsForAnyNumberOfThreads) {
   EXPECT_EQ(results[0], results[2]);
 }
 
+/// Where spots are much larger than the surface, too.
+TEST(ReactionDiffusion, HasSeedsWhateverTheirNumber) {
+  const VertexSpace space(make_surface(fixtures::torus(40, 30)));
+  for (const double spacing : {0.3, 3.0, 1e4})
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      const Substances state = seeded_substances(space.positions(), spacing, seed);
+      int seeds = 0;
+      for (std::size_t i = 1; i < state.size(); i += 2) seeds += state[i] > 0;
+      EXPECT_GE(seeds, space.size() / 50) << spacing << ", " << seed;
+    }
+}
+
 TEST(ReactionDiffusion, RefusesWhatHasNoMeaning) {
   const VertexSpace space(make_surface(fixtures::torus(8, 6)));
   EXPECT_THROW(ReactionDiffusion(space, {-1, 1}), InvalidInput);

@@ -11,7 +11,7 @@
 #include "mq/draw/false_colour.h"
 #include "mq/filter/denoise.h"
 #include "mq/filter/line_integral.h"
-#include "mq/filter/reaction_diffusion.h"
+#include "mq/filter/pattern_growth.h"
 #include "mq/filter/seam_values.h"
 #include "mq/filter/stitch.h"
 #include "mq/io/image_file.h"
@@ -196,9 +196,8 @@ TEST(VerbReact, GrowsThePresetFromSeeds) {
   const double wave = std::sqrt(weight(signal, "8tx"));
   const GrayScottPreset& spots = gray_scott_presets().front();
   ASSERT_EQ(spots.name, "spots");
-  const ReactionDiffusion process(signal.space(), diffusivities(spots, wave));
-  Substances state = seeded_substances(signal.space().positions(), wave, 0);
-  process.run(gray_scott(spots.rates), int(std::ceil(40 / process.time_step())), state);
+  const PatternGrowth growth(signal.space(), &strip.model.surface, diffusivities(spots, wave), wave, 40);
+  const Substances state = growth.grow(gray_scott(spots.rates), growth.seeds(0));
   Signal second(signal.space().size(), 1);
   for (int i = 0; i < signal.space().size(); ++i) second(i, 0) = state[std::size_t(2 * i + 1)];
   signal.replace(second, Depth::f32, strip.model.model);

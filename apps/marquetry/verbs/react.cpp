@@ -198,10 +198,6 @@ Exit react(Run& run) {
                         along ? " across the field" : "");
   require_bearable(options, *growth);
   Substances state = growth->seeds(std::uint64_t(options.integer("seed")));
-  require(most_of_second(state) > 0,
-          fmt::format("nothing can grow: with --seed {} at --scale {} no seed lies on the surface; choose another --seed, "
-                      "or a smaller --scale",
-                      options.text("seed"), options.text("scale")));
   {
     const Step step(run, "react", 0.7);
     state = grow(run, *growth, gray_scott(preset.rates), std::move(state), advice, step);

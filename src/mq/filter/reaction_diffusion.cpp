@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
@@ -35,6 +36,15 @@ double step_for_most(std::vector<double> fastest, double longest) {
       fastest.begin() + std::ptrdiff_t((1 - may_be_slow) * double(fastest.size() - 1));
   std::nth_element(fastest.begin(), place, fastest.end());
   return *place > 0 ? std::min(longest, stable / *place) : longest;
+}
+
+/// The value that this share of a column reaches, one of them at least.
+double exceeded_by(const Signal& column, double share) {
+  std::vector<double> values(column.data(), column.data() + column.size());
+  if (values.empty()) return 0;
+  const auto place = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end(), std::greater<>());
+  return *place;
 }
 
 }  // namespace
@@ -140,8 +150,9 @@ void ReactionDiffusion::run(const Reaction& reaction, int steps, Substances& sta
 Substances seeded_substances(std::span<const Vector3> places, double spacing, std::uint64_t seed) {
   const Signal noise = solid_noise(places, spacing, seed);
   Substances state(2 * places.size());
+  const double least = std::min(0.65, exceeded_by(noise, 0.02));
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const bool spot = noise(Eigen::Index(i), 0) > 0.65;
+    const bool spot = noise(Eigen::Index(i), 0) >= least;
     state[2 * i] = spot ? 0.5F : 1.0F;
     state[2 * i + 1] = spot ? 0.25F : 0.0F;
   }

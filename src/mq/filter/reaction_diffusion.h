@@ -78,7 +78,7 @@ class ReactionDiffusion {
 };
 
 /// u = 1, v = 0, and spots of u = ½, v = ¼ about `spacing` apart, at places that depend on the
-/// seed.
+/// seed; a fiftieth of the places at least.
 Substances seeded_substances(std::span<const Vector3> places, double spacing, std::uint64_t seed);
 
 }  // namespace mq
