@@ -64,7 +64,7 @@ Signal filtered(const Wanted& wanted, const std::vector<double>& beta) {
 /// What `solve_without_halos` does.
 Signal filtered_without_halos(const Wanted& wanted, const HaloOptions& options) {
   const Processes& processes = wanted.processes;
-  if (!is_anywhere(processes, std::ranges::any_of(wanted.beta, [](double b) { return b > 1; })))
+  if (!is_anywhere(processes, sharpens(wanted.beta)))
     return filtered(wanted, wanted.beta);
   std::optional<HaloLimit> limit;
   std::vector<double> all = wanted.beta, texture = wanted.beta;

@@ -123,7 +123,7 @@ Signal filtered_part(const Run& run, const TexturedModel& scene, const Signal& v
 std::optional<HaloLimit> halo_limit(const Run& run, const TexturedModel& scene, const ModelSignal& target,
                                     const HaloOptions& halo, const Signal& values, const std::vector<double>& beta,
                                     const Progress& progress) {
-  if (std::isinf(halo.fraction) || std::ranges::none_of(beta, [](double b) { return b > 1; })) return std::nullopt;
+  if (std::isinf(halo.fraction) || !sharpens(beta)) return std::nullopt;
   return HaloLimit(target.space(), filtered_part(run, scene, values), halo, progress);
 }
 

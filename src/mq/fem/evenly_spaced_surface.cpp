@@ -54,8 +54,7 @@ Signal EvenlySpacedSurface::at(std::span<const Vector3> places, const Signal& ps
   parallel_for(std::ssize(places), [&](std::int64_t i) {
     const ClosestPoint point = (*closest_)(places[std::size_t(i)]);
     const Triangle& corners = fine_.mesh.triangles[std::size_t(point.triangle)];
-    values.row(i).setZero();
-    for (int k = 0; k < 3; ++k) values.row(i) += point.barycentric[k] * on_fine.row(corners[std::size_t(k)]);
+    values.row(i) = interpolate(point.barycentric, [&](int k) { return on_fine.row(corners[std::size_t(k)]); });
   });
   progress.at(1);
   return values;

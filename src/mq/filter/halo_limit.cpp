@@ -1,6 +1,6 @@
 // low, high = means of the least and the greatest of ψ over `reach` steps, over as many steps again
 // u(a) = s²(3 − 2s),  s = r/a − 1 within [0, 1],  r the contrast over `reach` steps
-// β ← 1 + (β − 1)·u(threshold),  β_t = 1 + (β − 1)·(1 − u(c/2)),  c the contrast of edges;  φ' = limited(ψ + φ − φ_t) + φ_t − ψ,  φ and φ_t are solved for
+// β ← 1 + (β − 1)·u(threshold),  β_t = 1 + (β − 1)·(1 − u(c/2)),  c the contrast of edges;  φ' = limited(ψ + φ − φ_t) + φ_t − ψ,  φ and φ_t the solutions for both
 
 #include "mq/filter/halo_limit.h"
 
@@ -80,11 +80,6 @@ std::vector<double> above_one(std::span<const double> beta, const std::vector<do
   return result;
 }
 
-/// Whether gradients are to become steeper anywhere.
-bool sharpens(std::span<const double> beta) {
-  return std::ranges::any_of(beta, [](double b) { return b > 1; });
-}
-
 /// Up to half of the most as it is; beyond, on its way to the most, which it never reaches.
 double bent(double excess, double most) {
   const double half = most / 2;
@@ -93,6 +88,10 @@ double bent(double excess, double most) {
 }
 
 }  // namespace
+
+bool sharpens(std::span<const double> beta) {
+  return std::ranges::any_of(beta, [](double b) { return b > 1; });
+}
 
 HaloLimit::HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOptions& options,
                      const Progress& progress)

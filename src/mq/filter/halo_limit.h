@@ -36,6 +36,9 @@ struct HaloOptions {
   int reach = 3;
 };
 
+/// Whether a modulation makes gradients steeper anywhere, so that there may be halos.
+bool sharpens(std::span<const double> beta);
+
 /// What a signal ψ has around each unknown.
 ///
 /// `texture` goes by the contrast r = max − min of the channel where it is largest. The range [low, high] that

@@ -28,7 +28,7 @@ class PatternGrowth {
   static constexpr double last_time = 16;
 
   /// `wave_length` in model units. `surface`: that of the space, whose metric it has; null where there is none with that
-  /// metric. Both must outlive it. Throws what `ReactionDiffusion` throws.
+  /// metric. The space must outlive it. Throws what `ReactionDiffusion` throws.
   PatternGrowth(const SignalSpace& space, const Surface* surface, std::array<double, 2> diffusivity, double wave_length,
                 double time, const Progress& progress = {});
 
