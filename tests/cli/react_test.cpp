@@ -50,6 +50,30 @@ TEST(React, PaintsInTheColoursAskedFor) {
   EXPECT_EQ(green, 0);
 }
 
+/// Two sheets, one on the other and cut another way, with the same texels: these show the pattern of one sheet, unbroken.
+TEST(React, ShowsOneOfThePlacesThatATexelStandsFor) {
+  const Folder folder;
+  write_texture(folder / "sheets.png", Texture{.pixels = Image<float>(128, 128, 3)});
+  write_bytes(folder / "sheets.mtl", "newmtl sheets\nmap_Kd sheets.png\n");
+  const std::string head = "mtllib sheets.mtl\nusemtl sheets\nv 0 0 0\nv .81 .37 .29\nv .4 1.14 .42\nv -.41 .77 .13\n"
+                           "v 0 0 0\nv .81 .37 .29\nv .4 1.14 .42\nv -.41 .77 .13\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
+  write_bytes(folder / "sheets.obj", head + "f 5/1 6/2 8/4\nf 6/2 7/3 8/4\n");
+  const Result result =
+      marquetry(folder, {"react", "sheets.obj", "--weld", "none", "--scale", "24tx", "--time", "400", "-o", "p.exr", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_LT(result.json()["result"]["stages"][0]["unknowns"], 10000);  // of sheets; texels are 16,384
+  const Image<float> picture = read_texture(folder / "p.exr").pixels;
+  float most = 0, least = 1, step = 0;
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 1; x < picture.width(); ++x) {
+      most = std::max(most, picture(x, y));
+      least = std::min(least, picture(x, y));
+      step = std::max(step, std::abs(picture(x, y) - picture(x - 1, y)));
+    }
+  EXPECT_GT(most - least, 0.1F);
+  EXPECT_LT(step, 0.35F * (most - least));
+}
+
 /// Two squares of the same size, one of which has an eighth of the texels in one direction.
 TEST(React, SaysWhereTexelsAreTooCoarse) {
   const Folder folder;

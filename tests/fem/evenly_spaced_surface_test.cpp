@@ -10,6 +10,7 @@
 
 #include "fem/cut_squares.h"
 #include "mq/base/error.h"
+#include "mq/mesh/components.h"
 
 namespace mq {
 namespace {
@@ -53,7 +54,7 @@ TEST(EvenlySpacedSurface, GivesValuesToTheSquareOfTheSpacing) {
     const std::vector<Vector3> vertices = even.space().positions();
     Signal values(std::ssize(vertices), 2);
     for (std::size_t v = 0; v < vertices.size(); ++v) values.row(Eigen::Index(v)) << wave(vertices[v]), 1;
-    const Signal found = even.at(places, values);
+    const Signal found = even.at({places, {}}, values);
     double sum = 0, mass = 0;
     const Vector weights = texels.lumped_mass();
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -65,6 +66,32 @@ TEST(EvenlySpacedSurface, GivesValuesToTheSquareOfTheSpacing) {
   }
   EXPECT_LT(errors.back(), 3e-3);
   EXPECT_GT(std::log2(errors[0] / errors[2]), 3.2);
+}
+
+/// Two squares one on the other, in different triangles: each keeps its own values, and a place of neither has those of one.
+TEST(EvenlySpacedSurface, TellsComponentsApartThatLieOnEachOther) {
+  Mesh mesh;
+  for (int sheet = 0; sheet < 2; ++sheet) {
+    const int first = int(mesh.positions.size());
+    for (const Vector3& p : {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(1, 1, 0), Vector3(0, 1, 0)}) mesh.positions.push_back(p);
+    for (const Triangle& t : sheet == 0 ? std::array{Triangle{0, 1, 2}, Triangle{0, 2, 3}}
+                                        : std::array{Triangle{0, 1, 3}, Triangle{1, 2, 3}})
+      mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  }
+  const Surface surface = make_surface(mesh, {.kind = WeldOptions::Kind::none});
+  const std::vector<int> components = triangle_components(surface);
+  ASSERT_EQ(components, (std::vector{0, 0, 2, 2}));
+  const EvenlySpacedSurface even(surface, 0.05);
+  ASSERT_EQ(std::ssize(even.components()), even.space().size());
+  Signal values(even.space().size(), 1);
+  for (int v = 0; v < even.space().size(); ++v) values(v, 0) = even.components()[std::size_t(v)];
+  const std::vector<Vector3> points(4, Vector3(0.3, 0.7, 0));
+  const Signal found = even.at({points, std::array{0, 2, 2, -1}}, values);
+  EXPECT_NEAR(found(0, 0), 0, 1e-12);
+  EXPECT_NEAR(found(1, 0), 2, 1e-12);
+  EXPECT_NEAR(found(2, 0), 2, 1e-12);
+  EXPECT_TRUE(found(3, 0) < 1e-12 || found(3, 0) > 2 - 1e-12);
+  EXPECT_THROW(even.at({points, std::array{0, 1, 2, 2}}, values), InvalidInput);
 }
 
 TEST(EvenlySpacedSurface, RefusesASpacingOfNothing) {

@@ -44,7 +44,7 @@ TEST(PatternGrowth, GrowsWavesOfTheLengthAskedFor) {
       const auto model = fixtures::textured(fixtures::cut_square(options), {{256, 256}});
       const TexelSpace space(model->surface, model->atlas);
       const double wanted = texels * space.scale().texel_spacing;
-      const PatternGrowth growth(space, &model->surface, diffusivities(spots, wanted), wanted, 3000);
+      const PatternGrowth growth(space, &model->surface, {}, diffusivities(spots, wanted), wanted, 3000);
       EXPECT_EQ(growth.stages().size(), texels > 30 ? 2U : 1U);
       EXPECT_LT(growth.stages().front().steps, 10000);
       const Vector v = second_of(grown_on(growth, spots));
@@ -62,7 +62,7 @@ TEST(PatternGrowth, GrowsWhatTheTexelsKeep) {
     const auto model = fixtures::textured(fixtures::cut_square(options), {{256, 256}});
     const TexelSpace space(model->surface, model->atlas);
     const double wave = 36 * space.scale().texel_spacing;
-    const PatternGrowth growth(space, &model->surface, diffusivities(spots, wave), wave, 3000);
+    const PatternGrowth growth(space, &model->surface, {}, diffusivities(spots, wave), wave, 3000);
     Substances state = grown_on(growth, spots);
     const Vector v = second_of(state);
     const ReactionDiffusion on_texels(space, diffusivities(spots, wave));
@@ -77,7 +77,7 @@ TEST(PatternGrowth, StaysOnTheSpaceWhereWavesAreTooShortOrThereIsNoOtherSurface)
   const GrayScottPreset& spots = gray_scott_presets().front();
   for (const auto& [texels, surface] : {std::pair<double, const Surface*>{4, &model->surface}, {30, nullptr}}) {
     const double wave = texels * space.scale().texel_spacing;
-    const PatternGrowth growth(space, surface, diffusivities(spots, wave), wave, 50);
+    const PatternGrowth growth(space, surface, {}, diffusivities(spots, wave), wave, 50);
     ASSERT_EQ(growth.stages().size(), 1U);
     const Substances grown = grown_on(growth, spots);
     const ReactionDiffusion process(space, diffusivities(spots, wave));
@@ -92,7 +92,7 @@ TEST(PatternGrowth, TakesTheTimeThatItIsGiven) {
   const TexelSpace space(model->surface, model->atlas);
   const double wave = 40 * space.scale().texel_spacing;
   const auto growth_of = [&](double time) {
-    return PatternGrowth(space, &model->surface, diffusivities(gray_scott_presets().front(), wave), wave, time);
+    return PatternGrowth(space, &model->surface, {}, diffusivities(gray_scott_presets().front(), wave), wave, time);
   };
   const PatternGrowth brief = growth_of(10), longer = growth_of(1000);
   ASSERT_EQ(brief.stages().size(), 1U);

@@ -196,12 +196,12 @@ TEST(VerbReact, GrowsThePresetFromSeeds) {
   const double wave = std::sqrt(weight(signal, "8tx"));
   const GrayScottPreset& spots = gray_scott_presets().front();
   ASSERT_EQ(spots.name, "spots");
-  const PatternGrowth growth(signal.space(), &strip.model.surface, diffusivities(spots, wave), wave, 40);
+  const PatternGrowth growth(signal.space(), &strip.model.surface, {}, diffusivities(spots, wave), wave, 40);
   const Substances state = growth.grow(gray_scott(spots.rates), growth.seeds(0));
   Signal second(signal.space().size(), 1);
   for (int i = 0; i < signal.space().size(); ++i) second(i, 0) = state[std::size_t(2 * i + 1)];
   signal.replace(second, Depth::f32, strip.model.model);
-  spread_past_charts(signal.space(), strip.model);
+  spread_past_charts(signal.texels(), strip.model);
   EXPECT_TRUE(strip.of_library("ours.exr") == wanted);
 }
 

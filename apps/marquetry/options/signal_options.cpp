@@ -252,6 +252,9 @@ std::unique_ptr<ModelSignal> make_field_signal(Run& run, const TexturedModel& mo
     return make_texture_signal(run, model, {.space = space, .shared = shared, .pictures = pictures}, progress);
   std::unique_ptr<ModelSignal> signal;
   about(model.model, [&] { signal = std::make_unique<VertexColourSignal>(model); });
+  if (model.atlas && !model.model.textures.empty())
+    run.terminal().remark("colours at vertices: the model keeps its textures, and viewers that show these show nothing of "
+                          "what is written now; without --vertices it is written into textures");
   return signal;
 }
 

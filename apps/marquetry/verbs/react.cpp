@@ -90,13 +90,13 @@ std::string spoken(double seconds) {
 
 /// Where it takes long, says so, with what would make it shorter.
 Substances grow(Run& run, const PatternGrowth& growth, const Reaction& reaction, Substances seeds,
-                const std::string& advice, const Progress& progress) {
+                const Progress& progress) {
   constexpr double long_wait = 20;  // seconds
   const PatternGrowth::Stage longest = growth.stages().front();
   const auto expect = [&](double wait) {
     if (wait > long_wait)
-      run.terminal().remark(fmt::format("{} on {} take about {}; {}", counted(std::llround(longest.steps), "step"),
-                                        counted(longest.process->size(), "unknown"), spoken(wait), advice));
+      run.terminal().remark(fmt::format("{} on {} take about {}; --time and --scale say how many", counted(std::llround(longest.steps), "step"),
+                                        counted(longest.process->size(), "unknown"), spoken(wait)));
   };
   return growth.grow(reaction, std::move(seeds), expect, progress);
 }
@@ -144,15 +144,6 @@ void warn_of_coarse_texels(Run& run, const TexturedModel& scene, const ModelSign
                                       100 * coarse, least_stretched_texels));
 }
 
-/// Whether texels stand for several places of the surface, as those of mirrored halves do: each place would get a pattern
-/// of its own, and they can show but one. A few in folds do not matter.
-bool shows_places_twice(const ModelSignal& domain) {
-  constexpr double few = 0.005;
-  return std::ranges::any_of(domain.defects(), [&](const Defect& defect) {
-    return defect.kind == "overlapping_triangles" && double(defect.count) > few * domain.space().size();
-  });
-}
-
 /// Where nothing is left the picture is plain: says why.
 void warn_of_nothing(Run& run, const Substances& state) {
   constexpr float visible = 1.0F / 255;
@@ -175,22 +166,21 @@ Exit react(Run& run) {
   std::unique_ptr<ModelSignal> domain;
   std::unique_ptr<SignalSpace> along;
   std::unique_ptr<PatternGrowth> growth;
-  std::string advice = "--time and --scale say how many";
   const GrayScottPreset preset = asked_preset(options);
   double wave_length = 0;
   {
     const Step step(run, "assemble", 0.2);
-    domain = make_field_signal(run, scene, step.progress().step("space", 0.35));
+    // Texels that charts share show the pattern of one of these places.
+    domain = make_field_signal(run, scene, step.progress().step("space", 0.35),
+                               TextureSignalOptions::SharedTexels::one_for_each);
     about(scene.model, [&] {
       along = asked_space_along(run, scene, *domain, step.progress().step("along the field", 0.2));
       wave_length = std::sqrt(
           weight_from_length(parse_length(options.text("scale")), domain->space().scale()));
       require(wave_length > 0, "--scale must be more than 0");
-      const bool twice = shows_places_twice(*domain);
-      if (twice) advice = "charts share texels, so that all takes place on these: 'unwrap' gives each its own, or take --vertices";
       growth = std::make_unique<PatternGrowth>(
-          along ? *along : domain->space(), along || twice ? nullptr : &scene.surface, diffusivities(preset, wave_length),
-          wave_length, options.number("time"), step.progress().step("weights", 0.45));
+          along ? *along : domain->space(), along ? nullptr : &scene.surface, components_of(*domain, scene.surface),
+          diffusivities(preset, wave_length), wave_length, options.number("time"), step.progress().step("even triangles", 0.45));
     });
   }
   warn_of_coarse_texels(run, scene, *domain,
@@ -200,7 +190,7 @@ Exit react(Run& run) {
   Substances state = growth->seeds(std::uint64_t(options.integer("seed")));
   {
     const Step step(run, "react", 0.7);
-    state = grow(run, *growth, gray_scott(preset.rates), std::move(state), advice, step);
+    state = grow(run, *growth, gray_scott(preset.rates), std::move(state), step);
   }
   warn_of_nothing(run, state);
   run.result["stages"] = Json::array();
@@ -217,7 +207,7 @@ Exit react(Run& run) {
                     : coloured(state, *parse_colour(options.text("ground")),
                                *parse_colour(options.text("ink"))),
             numbers ? Depth::f32 : Depth::u8, scene.model);
-  if (domain->texel_space()) spread_past_charts(*domain->texel_space(), scene);
+  if (domain->texel_space()) spread_past_charts(domain->texels(), scene);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }
@@ -251,7 +241,7 @@ Verb react_verb() {
   table.add({.name = "time",
              .letter = 't',
              .type = Type::number,
-             .default_value = "2500",
+             .default_value = "5000",
              .least = 0,
              .most = 1e7,
              .group = "Pattern",

@@ -23,14 +23,29 @@ class EvenlySpacedSurface {
   /// How many vertices there will be, about: those of a lattice of equilateral triangles.
   static double expected_size(const Surface& surface, double spacing);
 
+  /// Per unknown of `space()` the component of the surface (`triangle_components`) that it lies on.
+  const std::vector<int>& components() const { return components_; }
+
+  /// Places on the surface, and which component of it is meant where two lie on each other.
+  struct Places {
+    std::span<const Vector3> points;
+    std::span<const int> components;  ///< as those of `triangle_components`; −1, or none: whatever is closest
+  };
+
   /// Values of a signal of `space()` at places on the surface: at the closest points of the surface, linear between
-  /// what each vertex of the finer one, before any was taken out, has there. A row each.
-  Signal at(std::span<const Vector3> places, const Signal& psi, const Progress& progress = {}) const;
+  /// what each vertex of the finer one, before any was taken out, has there. A row each. Throws `InvalidInput` where the
+  /// surface has no such component.
+  Signal at(const Places& places, const Signal& psi, const Progress& progress = {}) const;
 
  private:
-  Surface fine_;  ///< edges halved, no vertex taken out
+  ClosestPoint closest(const Places& places, std::size_t i) const;
+
+  Surface fine_;                      ///< edges halved, no vertex taken out
+  std::vector<int> fine_components_;  ///< per triangle of it
+  bool is_connected_ = true;
   CoarsenedSurface even_;
   std::unique_ptr<VertexSpace> space_;
+  std::vector<int> components_;  ///< per unknown of it
   std::unique_ptr<ClosestPointFinder> closest_;  ///< of `fine_`
 };
 

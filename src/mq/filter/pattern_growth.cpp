@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
@@ -38,11 +39,19 @@ Substances as_substances(const Signal& values) {
   return state;
 }
 
+/// What the unknowns of a space find on a surface where they are.
+Substances taken(const EvenlySpacedSurface& from, const SignalSpace& space, const std::vector<int>& components,
+                 const Substances& state, const Progress& progress = {}) {
+  const std::vector<Vector3> points = space.positions();
+  return as_substances(from.at({points, components}, as_signal(state), progress));
+}
+
 }  // namespace
 
-PatternGrowth::PatternGrowth(const SignalSpace& space, const Surface* surface, std::array<double, 2> diffusivity,
-                             double wave_length, double time, const Progress& progress)
-    : space_(space), wave_length_(wave_length) {
+PatternGrowth::PatternGrowth(const SignalSpace& space, const Surface* surface, std::vector<int> components,
+                             std::array<double, 2> diffusivity, double wave_length, double time,
+                             const Progress& progress)
+    : space_(space), components_(std::move(components)), wave_length_(wave_length) {
   const double spacing = wave_length / vertices_per_wave, size = space.size();
   const auto vertices = [&](double apart) { return EvenlySpacedSurface::expected_size(*surface, apart); };
   constexpr double more = (vertices_per_wave / least_texels) * (vertices_per_wave / least_texels);
@@ -85,7 +94,7 @@ Substances PatternGrowth::grow(const Reaction& reaction, Substances state, const
   for (std::size_t k = 0; k < all.size(); ++k) {
     const Stage& stage = all[k];
     const Progress here = progress.step("grow", 0.9 * bytes(stage) / total);
-    if (k > 0) state = as_substances(places_[k - 1].surface->at(at(places_[k]).positions(), as_signal(state)));
+    if (k > 0) state = taken(*places_[k - 1].surface, places_[k].surface->space(), places_[k].surface->components(), state);
     int steps = int(stage.steps);
     if (k == 0 && expect && steps > timed) {
       const Stopwatch watch;
@@ -97,7 +106,7 @@ Substances PatternGrowth::grow(const Reaction& reaction, Substances state, const
   }
   const Place& last = places_.back();
   if (!last.surface) return state;
-  return as_substances(last.surface->at(space_.positions(), as_signal(state), progress.step("take values", 0.1)));
+  return taken(*last.surface, space_, components_, state, progress.step("take values", 0.1));
 }
 
 }  // namespace mq

@@ -28,9 +28,10 @@ class PatternGrowth {
   static constexpr double last_time = 16;
 
   /// `wave_length` in model units. `surface`: that of the space, whose metric it has; null where there is none with that
-  /// metric. The space must outlive it. Throws what `ReactionDiffusion` throws.
-  PatternGrowth(const SignalSpace& space, const Surface* surface, std::array<double, 2> diffusivity, double wave_length,
-                double time, const Progress& progress = {});
+  /// metric. `components`: per unknown that of the surface (`triangle_components`), none where it does not matter as no
+  /// two lie on each other. The space must outlive it. Throws what `ReactionDiffusion` and `EvenlySpacedSurface` throw.
+  PatternGrowth(const SignalSpace& space, const Surface* surface, std::vector<int> components,
+                std::array<double, 2> diffusivity, double wave_length, double time, const Progress& progress = {});
 
   /// A run on an evenly spaced surface, or on the space.
   struct Stage {
@@ -60,6 +61,7 @@ class PatternGrowth {
   const SignalSpace& at(const Place& place) const;
 
   const SignalSpace& space_;
+  std::vector<int> components_;
   double wave_length_;
   std::vector<Place> places_;
 };

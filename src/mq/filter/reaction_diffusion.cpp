@@ -63,7 +63,7 @@ Reaction gray_scott(const GrayScott& rates) {
 const std::vector<GrayScottPreset>& gray_scott_presets() {
   static const std::vector<GrayScottPreset> presets = {{"spots", {0.030, 0.062}, 11.2},
                                                        {"stripes", {0.029, 0.057}, 11.7},
-                                                       {"holes", {0.039, 0.058}, 11.8},
+                                                       {"holes", {0.0405, 0.0585}, 11.9},
                                                        {"coral", {0.0545, 0.062}, 11.2}};
   return presets;
 }

@@ -324,7 +324,7 @@ void put_baked(const BakedSignal& baked, const ModelSignal& signal, const ValueS
     target.model.colors.is_light = baked.is_light;
     return;
   }
-  spread_past_charts(*space, target);
+  spread_past_charts(signal.texels(), target);
   if (is_coded) return;
   for (Texture& texture : target.model.textures) texture.pixels = encoded(texture.pixels, texture, values);
 }

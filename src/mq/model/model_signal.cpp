@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/fem/field_metric.h"
 #include "mq/image/colour.h"
+#include "mq/mesh/components.h"
 #include "mq/model/detail/same_row.h"
 
 namespace mq {
@@ -60,6 +61,21 @@ void VertexColourSignal::put(const Signal& before, const Signal& after, Model& m
     for (int c = 0; c < colors.channels; ++c)
       colors.values[std::size_t(v) * colors.channels + c] = float(after(unknown, c));
   }
+}
+
+std::vector<int> components_of(const ModelSignal& signal, const Surface& surface) {
+  const std::vector<int> of_triangle = triangle_components(surface);
+  const TexelSpace* const texels = signal.texel_space();
+  std::vector<int> of_chart(texels ? signal.texel_atlas()->charts.size() : 0), of_vertex(surface.mesh.positions.size(), -1);
+  for (std::size_t t = 0; t < of_triangle.size(); ++t) {
+    if (const int chart = texels ? signal.texel_atlas()->chart[t] : -1; chart >= 0)
+      of_chart[std::size_t(chart)] = of_triangle[t];
+    for (const int v : surface.mesh.triangles[t]) of_vertex[std::size_t(v)] = of_triangle[t];
+  }
+  if (!texels) return of_vertex;
+  std::vector<int> components;
+  for (const int chart : texels->texels().chart) components.push_back(of_chart[std::size_t(chart)]);
+  return components;
 }
 
 void VertexColourSignal::replace(const Signal& values, Depth depth, Model& model) const {

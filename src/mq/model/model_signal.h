@@ -33,6 +33,9 @@ class ModelSignal {
   /// The atlas of `texel_space`; else null.
   virtual const Atlas* texel_atlas() const { return nullptr; }
 
+  /// The texels of the model's pictures that its unknowns are; none at vertices.
+  virtual std::vector<Texels::Place> texels() const { return {}; }
+
   /// Of the surface; what counts as a texel where there are none is the mean spacing of vertices.
   SurfaceScale scale() const;
 
@@ -63,6 +66,9 @@ class ModelSignal {
   /// would be taken of.
   virtual Vector brightness() const = 0;
 };
+
+/// Per unknown the component of the model's surface (`triangle_components`) that it lies on, −1 for a vertex of no triangle.
+std::vector<int> components_of(const ModelSignal& signal, const Surface& surface);
 
 /// What a signal of textures is made for.
 struct TextureSignalOptions {
@@ -104,6 +110,7 @@ class TextureSignal final : public ModelSignal {
   const TexelSpace& space() const override { return *space_; }
   const TexelSpace* texel_space() const override { return &*space_; }
   const Atlas* texel_atlas() const override { return &atlas(); }
+  std::vector<Texels::Place> texels() const override;
   Defects defects() const override;
   std::vector<int> unknowns_at(const Texels::Place& texel) const override;
   Signal values() const override { return values_of(model_.model.textures); }

@@ -59,11 +59,13 @@ std::int64_t TextureFill::put(const Solution& solution, Model& model) const {
   return outside;
 }
 
-void spread_past_charts(const TexelSpace& space, TexturedModel& model) {
+void spread_past_charts(std::span<const Texels::Place> texels, TexturedModel& model) {
   const std::vector<Coverage> coverage = texel_coverage(model.surface, *model.atlas);
+  std::vector<std::vector<Texels::Place>> borders(coverage.size());
+  for (const Texels::Place& at : texels)
+    if (coverage[std::size_t(at.texture)].count(at.x, at.y) == 0) borders[std::size_t(at.texture)].push_back(at);
   for (std::size_t i = 0; i < model.model.textures.size(); ++i)
-    spread_past_borders(space, int(i), coverage[i], std::numeric_limits<double>::infinity(),
-                        model.model.textures[i].pixels);
+    spread_past_borders(borders[i], coverage[i], std::numeric_limits<double>::infinity(), model.model.textures[i].pixels);
 }
 
 void spread_past_unseen(const std::vector<int>& labels, const TexelSpace& space, const TexturedModel& model,

@@ -56,8 +56,8 @@ class TextureFill {
 };
 
 /// Gives texels of the model's pictures that no chart reads the values of the nearest one that one does, so that
-/// nothing else is to be seen in smaller levels of a mipmap.
-void spread_past_charts(const TexelSpace& space, TexturedModel& model);
+/// nothing else is to be seen in smaller levels of a mipmap. `texels`: those that charts read (`ModelSignal::texels`).
+void spread_past_charts(std::span<const Texels::Place> texels, TexturedModel& model);
 
 /// The same around unknowns of the label `unseen` alone, which were filled: texels to which others are nearer keep
 /// their values. Of the pictures of `changed`, which is `model` with other ones.

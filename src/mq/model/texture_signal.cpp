@@ -119,6 +119,13 @@ Texels::Place TextureSignal::home(int unknown) const {
   return copies_ ? copies_->home(unknown) : space_->texels().places[std::size_t(unknown)];
 }
 
+std::vector<Texels::Place> TextureSignal::texels() const {
+  std::vector<Texels::Place> places;
+  places.reserve(std::size_t(space_->size()));
+  for (int k = 0; k < space_->size(); ++k) places.push_back(home(k));
+  return places;
+}
+
 Signal TextureSignal::values_of(std::span<const Texture> textures) const {
   Signal values(space_->size(), channels_);
   for (std::size_t i = 0; i < textures.size(); ++i) {

@@ -1,9 +1,6 @@
-/// Order: the Morton code of each triangle's centre, 21 bits per axis of the bounding box; equal
-/// codes by the triangles' own numbers. Vertices are numbered as triangles first use them.
+/// Triangles in `space_order` of their centres. Vertices are numbered as triangles first use them.
 
 #include "mq/trace/trace_mesh.h"
-
-#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <utility>
@@ -13,25 +10,10 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/space_order.h"
 
 namespace mq {
 namespace {
-
-/// Twenty-one bits, two zeros between each and the next.
-std::uint64_t spread_bits(std::uint64_t x) {
-  x = (x | x << 32) & 0x1f00000000ffff;
-  x = (x | x << 16) & 0x1f0000ff0000ff;
-  x = (x | x << 8) & 0x100f00f00f00f00f;
-  x = (x | x << 4) & 0x10c30c30c30c30c3;
-  return (x | x << 2) & 0x1249249249249249;
-}
-
-std::uint64_t morton_code(const Vector3& place) {
-  std::uint64_t code = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    code |= spread_bits(std::uint64_t(std::clamp(place[axis], 0.0, 1.0) * 2097151)) << axis;
-  return code;
-}
 
 /// Codes of walks need this many bits (see walk.h).
 constexpr int most_triangles = 1 << 26;
@@ -40,22 +22,14 @@ constexpr int most_triangles = 1 << 26;
 
 void TraceMesh::order_triangles(const Surface& surface) {
   const Mesh& mesh = surface.mesh;
-  const Box box = bounding_box(mesh);
-  const double side = std::max((box.high - box.low).maxCoeff(), 1e-300);
-  std::vector<std::pair<std::uint64_t, int>> order(mesh.triangles.size());
-  parallel_for(std::ssize(order), [&](std::int64_t t) {
-    const Vector3 centre = (mesh.position(int(t), 0) - box.low) / (3 * side) +
-                           (mesh.position(int(t), 1) - box.low) / (3 * side) +
-                           (mesh.position(int(t), 2) - box.low) / (3 * side);
-    order[t] = {morton_code(centre), int(t)};
+  std::vector<Vector3> centres(mesh.triangles.size());
+  parallel_for(std::ssize(centres), [&](std::int64_t t) {
+    centres[t] = mesh.position(int(t), 0) / 3 + mesh.position(int(t), 1) / 3 + mesh.position(int(t), 2) / 3;
   });
-  tbb::parallel_sort(order.begin(), order.end());
-  source_triangles_.resize(order.size());
-  trace_triangles_.resize(order.size());
-  parallel_for(std::ssize(order), [&](std::int64_t i) {
-    source_triangles_[i] = order[i].second;
-    trace_triangles_[order[i].second] = int(i);
-  });
+  source_triangles_ = space_order(centres);
+  trace_triangles_.resize(source_triangles_.size());
+  parallel_for(std::ssize(source_triangles_),
+               [&](std::int64_t i) { trace_triangles_[source_triangles_[i]] = int(i); });
 }
 
 void TraceMesh::order_vertices(const Surface& surface) {

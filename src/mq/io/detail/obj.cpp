@@ -252,7 +252,6 @@ class ObjParser {
     if (!any_uv_) return;
     const int* uvs = corner_uvs_.data() + polygon.begin;
     const Triangle triangle{uvs[corners[0]], uvs[corners[1]], uvs[corners[2]]};
-    if (std::min({triangle[0], triangle[1], triangle[2]}) < 0) ++triangles_without_uv_;
     file_.mesh.corner_uvs.push_back(triangle);
   }
 
@@ -330,8 +329,6 @@ class ObjParser {
     note(short_faces_, "face", "of fewer than three corners left out");
     note(lines_and_points_, "line or point element", "not used");
     note(free_forms_, "free-form curve or surface", "not used");
-    if (any_uv_)
-      note(triangles_without_uv_, "triangle", "with corners that have no texture coordinates");
     if (polygons_.size() < file_.mesh.triangles.size())
       file_.notes.push_back(
           fmt::format("{} cut into {}", counted(std::int64_t(polygons_.size()), "polygon"),
@@ -356,7 +353,7 @@ class ObjParser {
   int channels_ = 0;
   bool any_uv_ = false;
   long long faces_ = 0, short_faces_ = 0, lines_and_points_ = 0, free_forms_ = 0;
-  long long colored_vertices_ = 0, triangles_without_uv_ = 0;
+  long long colored_vertices_ = 0;
 };
 
 }  // namespace

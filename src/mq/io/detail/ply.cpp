@@ -332,7 +332,7 @@ class PlyParser {
   void cut_polygons() {
     Mesh& mesh = result_.file.mesh;
     std::size_t at = 0;
-    int short_faces = 0, polygons = 0, without_uv = 0;
+    int short_faces = 0, polygons = 0;
     std::vector<Vector3> points;
     for (const Polygon& polygon : polygons_) {
       points.clear();
@@ -346,10 +346,8 @@ class PlyParser {
       }
       at += std::size_t(polygon.corners);
     }
-    for (const Triangle& t : mesh.corner_uvs) without_uv += std::min({t[0], t[1], t[2]}) < 0;
     note(short_faces, "face", "of fewer than three corners left out");
     note(polygons, "polygon", "cut into triangles");
-    note(without_uv, "triangle", "with corners that have no texture coordinates");
     if (mesh.triangles.empty()) result_.file.notes.push_back("it has no faces");
   }
 

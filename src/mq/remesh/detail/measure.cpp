@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mq/mesh/components.h"
 #include "mq/mesh/weld.h"
 
 namespace mq {
@@ -99,15 +100,6 @@ int count_replaced(const Remeshed& result, const Surface& of_template) {
 }
 
 }  // namespace
-
-std::vector<int> triangle_components(const Surface& surface) {
-  DisjointSets sets(surface.mesh.triangles.size());
-  for (std::size_t h = 0; h < surface.twins.size(); ++h)
-    if (surface.twins[h] >= 0) sets.join(int(h / 3), surface.twins[h] / 3);
-  std::vector<int> component(surface.mesh.triangles.size());
-  for (std::size_t t = 0; t < component.size(); ++t) component[t] = sets.root(int(t));
-  return component;
-}
 
 void measure(Remeshed& result, const Surface& of_template, const Surface& target,
              const std::vector<ClosestPoint>& on_target,

@@ -8,9 +8,6 @@
 
 namespace mq {
 
-/// Per triangle its component, connected through edges; it goes by its lowest triangle.
-std::vector<int> triangle_components(const Surface& surface);
-
 /// Fills in the counts and distances of a result whose mesh and origins are there. `on_target` are
 /// the points of the target nearest to the template's vertices, `on_template` the other way: what
 /// did not change is not asked again.

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "mq/mesh/components.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/weld.h"
 #include "mq/remesh/detail/measure.h"

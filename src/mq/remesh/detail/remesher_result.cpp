@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "mq/mesh/components.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/unfold.h"
 #include "mq/mesh/weld.h"
