@@ -221,20 +221,20 @@ Exit shock_model(Run& run) {
 
   std::unique_ptr<ModelSignal> target;
   {
-    const Step step(run, "assemble", vertices ? 0.05 : 0.25);
+    const Step step(run, "assemble", vertices ? 0.05 : 0.15);
     target = make_signal(run, scene, step);
   }
   const Signal before = target->values();
   ShockedModel shocked;
   about(scene.model, [&] {
-    const Step step(run, "sharpen", vertices ? 0.8 : 0.66);
+    const Step step(run, "sharpen", vertices ? 0.82 : 0.77);
     shocked = shock_signal(scene, *target, before, shock_request(options), step);
   });
   report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
   report_solves(run, shocked.solves);
   run.result.update(change_json(before, shocked.signal, value_space(run.options()).space));
 
-  const Step step(run, "write", 0.1);
+  const Step step(run, "write", 0.05);
   if (beside_it.wanted()) beside_it.write(run, scene, *target, shocked.potential);
   target->put(before, shocked.signal, scene.model);
   set_depth(options, scene.model);
