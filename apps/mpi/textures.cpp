@@ -1,13 +1,13 @@
 #include "textures.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
 #include "mq/base/error.h"
+#include "mq/base/memory.h"
 #include "mq/io/image_file.h"
 #include "mq/io/slots.h"
 #include "mq/model/part_values.h"
@@ -34,13 +34,6 @@ Texture read_picture_of(const Run& run, const Texture& texture, const Progress& 
   picture.meaning = texture.meaning;
   picture.name = texture.name;
   return picture;
-}
-
-/// The largest resident set this process had.
-std::int64_t peak_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return std::int64_t(usage.ru_maxrss) * 1024;
 }
 
 /// A texel that changed, as it is sent to the process that writes its picture.
@@ -268,7 +261,7 @@ void report_processes(Run& run, const Processes& processes, const TexturedModel&
   const Json own{{"texels", part.own().size()},
                  {"halo", part.places().size() - part.own().size()},
                  {"pictures", pictures},
-                 {"peak_bytes", peak_bytes()}};
+                 {"peak_bytes", peak_memory()}};
   run.result["processes"] = Json::array();
   for (const std::string& one : processes.gather(own.dump())) run.result["processes"].push_back(Json::parse(one));
 }

@@ -2,7 +2,6 @@
 #include "shell/run.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <cctype>
@@ -12,6 +11,7 @@
 #include <set>
 
 #include "mq/base/error.h"
+#include "mq/base/memory.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
@@ -198,8 +198,6 @@ Json Run::report() const {
   for (const auto& [name, sum] : seconds_) seconds[name] = sum;
   seconds["total"] =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
   return {{"verb", options_.table().verb()},
           {"version", version},
           {"options", options_json(options_)},
@@ -208,7 +206,7 @@ Json Run::report() const {
           {"result", result},
           {"solve", solve},
           {"seconds", seconds},
-          {"peak_bytes", std::int64_t(usage.ru_maxrss) * 1024}};
+          {"peak_bytes", peak_memory()}};
 }
 
 void add_running_options(OptionTable& table) {

@@ -60,6 +60,13 @@ std::int64_t available_memory() {
   return std::clamp<std::int64_t>(limit - used + std::max<std::int64_t>(pages, 0), 0, machine);
 }
 
+std::int64_t peak_memory() {
+  std::ifstream file("/proc/self/status");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("VmHWM:")) return 1024 * std::stoll(line.substr(6));
+  return 0;
+}
+
 void require_memory(std::int64_t bytes, const std::string& what, const std::string& remedy) {
   const std::int64_t available = available_memory();
   if (bytes <= available) return;

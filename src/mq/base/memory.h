@@ -12,6 +12,10 @@ namespace mq {
 /// the largest number.
 std::int64_t available_memory();
 
+/// The most bytes of memory this program has occupied at a time, since it began: not those of the one that started it, which
+/// getrusage counts in. 0 where the system does not tell.
+std::int64_t peak_memory();
+
 /// Throws `OutOfMemory` when `bytes` are more than `available_memory()`, naming both: "<what> needs
 /// about 12.3 GB of memory and 8.1 GB are free: <remedy>". Systems that promise more memory than
 /// they have kill the program later instead.
