@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "fem/patchwork.h"
 #include "mq/fem/texel_hierarchy.h"
 
@@ -41,5 +43,31 @@ TEST(Galerkin, IsTheProductOfTheThreeMatrices) {
           ASSERT_LT(found.innerIndexPtr()[k - 1], found.innerIndexPtr()[k]) << row;
       A = found;
     }
+  }
+}
+
+// Of a Laplacian that has become one node nothing is left, not even rounding, which might be below 0; of a mass all is.
+TEST(Galerkin, LeavesNothingOfAComponentOfOneNodeWhereConstantsAreTheNullSpace) {
+  constexpr int n = 7;
+  for (const double mass : {0.0, 1e-6}) {
+    std::vector<Eigen::Triplet<double>> entries;
+    std::vector<WeightedIndex> parents;
+    std::vector<int> starts = {0};
+    for (int i = 0; i < n; ++i) {
+      for (const int j : {(i + 1) % n, (i + 3) % n}) {
+        const double weight = 1 / (1.7 + i * i + 0.3 * j);
+        for (const auto& [row, column, sign] : {std::tuple{i, i, 1}, {j, j, 1}, {i, j, -1}, {j, i, -1}})
+          entries.emplace_back(row, column, sign * weight);
+      }
+      entries.emplace_back(i, i, mass);
+      parents.push_back({0, 1.0F});
+      starts.push_back(i + 1);
+    }
+    SparseMatrix A(n, n);
+    A.setFromTriplets(entries.begin(), entries.end());
+    EXPECT_NE(A.sum(), n * mass);  // it would be rounding
+    const SparseMatrix found = galerkin(A, SparseTransfer(starts, parents, 1));
+    ASSERT_EQ(found.nonZeros(), 1);
+    EXPECT_NEAR(found.coeff(0, 0), n * mass, 1e-9 * mass);
   }
 }

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 
 #include <tbb/enumerable_thread_specific.h>
@@ -36,6 +37,16 @@ struct Block {
   std::vector<double> values;
 };
 
+/// Whether the sum of what children add is 0 but for rounding: of a component that has become one node, where A·1 = 0.
+bool is_rounding(double sum, const SparseMatrix& A, const std::vector<WeightedIndex>& children) {
+  constexpr double rounding = 1e-13;
+  double absolute = 0;
+  for (const WeightedIndex& child : children)
+    for (SparseMatrix::InnerIterator entry(A, child.index); entry; ++entry)
+      absolute += double(child.weight) * std::abs(entry.value());
+  return std::abs(sum) <= rounding * absolute;
+}
+
 void gather_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s) {
   s.columns.clear();
   s.values.clear();
@@ -57,6 +68,7 @@ void gather_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch&
       }
     }
   for (const int column : s.columns) s.place[column] = -1;
+  if (s.columns.size() == 1 && is_rounding(s.values.front(), A, s.children)) s.values.front() = 0;
 }
 
 /// Wᵃ for a = −1, 0, 1, see above.
