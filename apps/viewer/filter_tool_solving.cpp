@@ -179,8 +179,9 @@ void FilterTool::show(Extent extent) {
 /// Of colours alone, which alpha is none of.
 void FilterTool::count_values(const ShownSignal& values) {
   constexpr int bins = 64;
+  constexpr double half_step = 0.5 / 255;  // of what is shown
   const int channels = colour_channels(int(before_.cols()));
-  const Histogram now = histogram(before_.rows() * channels, bins, [&](std::int64_t i) {
+  const Histogram now = histogram(before_.rows() * channels, bins, half_step, [&](std::int64_t i) {
     return values(i / channels, int(i % channels));
   });
   const std::lock_guard lock(mutex_);
