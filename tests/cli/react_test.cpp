@@ -74,6 +74,20 @@ TEST(React, ShowsOneOfThePlacesThatATexelStandsFor) {
   EXPECT_LT(step, 0.35F * (most - least));
 }
 
+/// Nobody asked for waves that the mesh cannot show; one who does is told what can.
+TEST(React, TakesWavesThatVerticesShowWhereNobodyAskedForOthers) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "torus", "--triangles", "3000", "-o", "torus.obj"}).status, 0);
+  const Result usual = marquetry(folder, {"react", "torus.obj", "--vertices", "-t", "100", "-o", "u.ply", "--json"});
+  ASSERT_EQ(usual.status, 0) << usual.error;
+  EXPECT_THAT(usual.error, HasSubstr("vertices long, so --scale "));
+  const Result asked =
+      marquetry(folder, {"react", "torus.obj", "--vertices", "-t", "100", "--scale", "2%", "-o", "a.ply", "--json"});
+  ASSERT_EQ(asked.status, 0) << asked.error;
+  EXPECT_THAT(asked.error, HasSubstr("vertices long; below 6 the mesh shows in the pattern"));
+  EXPECT_GT(double(usual.json()["result"]["wave_length"]), 3 * double(asked.json()["result"]["wave_length"]));
+}
+
 /// Two squares of the same size, one of which has an eighth of the texels in one direction.
 TEST(React, SaysWhereTexelsAreTooCoarse) {
   const Folder folder;

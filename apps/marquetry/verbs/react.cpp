@@ -129,9 +129,12 @@ void warn_of_coarse_texels(Run& run, const TexturedModel& scene, const ModelSign
                            const std::string& where) {
   const double spacing = domain.scale().texel_spacing;
   if (wave < least_texels * spacing) {
-    run.terminal().warning(fmt::format("--scale: a wave is {:.1f} texels long{}; below {:g} the grid shows in the "
-                                       "pattern",
-                                       wave / spacing, where, least_texels));
+    const bool texels = domain.texel_space() != nullptr;
+    run.terminal().warning(fmt::format("--scale: a wave is {:.1f} {} long{}; below {:g} the {} shows in the pattern: take a "
+                                       "larger --scale, {}",
+                                       wave / spacing, texels ? "texels" : "vertices", where, least_texels,
+                                       texels ? "grid" : "mesh",
+                                       texels ? "or a larger texture" : "or 'unwrap', which makes texels for finer patterns"));
     return;
   }
   const Atlas* const atlas = domain.texel_atlas();
@@ -152,6 +155,23 @@ void warn_of_nothing(Run& run, const Substances& state) {
       fmt::format("nothing is left of the pattern: it died out; another --seed may live, at --scale {} the surface may be "
                   "too small for it, and --feed and --kill decide whether any can",
                   run.options().text("scale")));
+}
+
+/// As asked for; where nobody asked, and vertices lie too far apart for the default, the whole per cent that suits them.
+double asked_wave_length(Run& run, const ModelSignal& domain) {
+  constexpr double enough_vertices = 8;
+  const OptionValues& options = run.options();
+  const auto in_model_units = [&](const std::string& text) {
+    return std::sqrt(weight_from_length(parse_length(text), domain.space().scale()));
+  };
+  const double wave = in_model_units(options.text("scale")), least = enough_vertices * domain.scale().texel_spacing;
+  require(wave > 0, "--scale must be more than 0");
+  if (domain.texel_space() || options.given("scale") || wave >= least) return wave;
+  const std::string scale = fmt::format("{:.0f}%", std::ceil(least / in_model_units("1%")));
+  run.terminal().remark(fmt::format("of the usual --scale {} a wave would be {:.1f} vertices long, so --scale {} is taken; "
+                                    "'unwrap' makes texels for finer patterns",
+                                    options.text("scale"), wave / domain.scale().texel_spacing, scale));
+  return in_model_units(scale);
 }
 
 Exit react(Run& run) {
@@ -175,9 +195,7 @@ Exit react(Run& run) {
                                TextureSignalOptions::SharedTexels::one_for_each);
     about(scene.model, [&] {
       along = asked_space_along(run, scene, *domain, step.progress().step("along the field", 0.2));
-      wave_length = std::sqrt(
-          weight_from_length(parse_length(options.text("scale")), domain->space().scale()));
-      require(wave_length > 0, "--scale must be more than 0");
+      wave_length = asked_wave_length(run, *domain);
       growth = std::make_unique<PatternGrowth>(
           along ? *along : domain->space(), along ? nullptr : &scene.surface, components_of(*domain, scene.surface),
           diffusivities(preset, wave_length), wave_length, options.number("time"), step.progress().step("even triangles", 0.45));
@@ -237,7 +255,7 @@ Verb react_verb() {
        .default_value = "2%",
        .group = "Pattern",
        .help = "wave length of the pattern: from spot to spot, from stripe to stripe",
-       .details = "At least 6 texels."});
+       .details = "At least 6 texels, or vertices; where these lie too far apart for the default, 8 of them."});
   table.add({.name = "time",
              .letter = 't',
              .type = Type::number,
