@@ -64,7 +64,7 @@ std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Termin
   if (names_sequence(options.text("mesh"))) {
     loaded = load_frame(open_sequence(run), 0, largest_side, progress);
   } else {
-    TexturedModel scene = app::read_textured_model(run, MissingPictures::assume, 0.7);
+    TexturedModel scene = app::read_textured_model(run, MissingPictures::overlook, 0.7);
     loaded = std::make_unique<LoadedModel>(std::move(scene), largest_side,
                                            progress.step("prepare", 0.3));
   }

@@ -128,7 +128,7 @@ std::string defects_text(const Defects& defects) {
 }
 
 Exit inspect(Run& run) {
-  const TexturedModel scene = read_textured_model(run, MissingPictures::assume, 0.9);
+  const TexturedModel scene = read_textured_model(run, MissingPictures::overlook, 0.9);
   const Step step(run, "measure", 0.1);
   run.result["surface"] = surface_json(scene);
   std::string text = surface_text(scene);

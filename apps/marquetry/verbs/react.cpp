@@ -176,8 +176,11 @@ double asked_wave_length(Run& run, const ModelSignal& domain) {
 
 Exit react(Run& run) {
   const OptionValues& options = run.options();
-  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.05);
+  TargetTextures target;
+  if (options.has("size")) target.side = int(options.integer("size"));
+  TexturedModel scene = read_usable_model(run, MissingPictures::overlook, 0.05, {}, ImageTriangles::two, target);
   const bool vertices = works_at_vertices(options, scene);
+  require(!vertices || !options.has("size"), "--size: it is of textures, and the pattern grows at vertices");
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
@@ -276,6 +279,12 @@ Verb react_verb() {
              .most = 1,
              .group = "Pattern",
              .help = "rate k of the reaction, in place of the preset's"});
+  table.add({.name = "size",
+             .type = Type::integer,
+             .least = 1,
+             .most = 32768,
+             .group = "Pattern",
+             .help = "side of the textures that are made; else that of the model's, 2048 where it has none"});
   const auto colour = [&](const std::string& name, const std::string& value,
                           const std::string& help) {
     table.add({.name = name,

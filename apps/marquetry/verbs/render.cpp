@@ -143,7 +143,7 @@ Json seams_of_versions(const TexturedModel& scene, const std::vector<Texture>& t
 Exit render(Run& run) {
   const OptionValues& options = run.options();
   require_picture_name(options, "output");
-  const TexturedModel scene = read_textured_model(run, MissingPictures::assume, 0.1);
+  const TexturedModel scene = read_textured_model(run, MissingPictures::overlook, 0.1);
   const std::string output = options.text("output");
   std::vector<std::filesystem::path> files = {output};
   if (options.has("cameras")) {

@@ -49,13 +49,15 @@ void warn_of_no_light(const Model& model, Messages& messages) {
 }
 
 /// Texels of which the picture shows one of several values.
-Defects shared_texels(const TexelCopies& copies, const std::vector<TextureSize>& pictures) {
+/// A few at the borders of charts are a note.
+Defects shared_texels(const TexelCopies& copies, const std::vector<TextureSize>& pictures, int unknowns) {
+  constexpr std::int64_t few = 1000;  // a thousandth
   std::vector<std::int64_t> ids;
   const TexelGrid grid(pictures);
   for (const Texels::Place& at : copies.shared()) ids.push_back(grid.texel(at.texture, at.x, at.y));
   Defects defects;
   add_defect(
-      defects, "shared_texels", Defect::Severity::warning, "texel", ids,
+      defects, "shared_texels", few * std::ssize(ids) < unknowns ? Defect::Severity::note : Defect::Severity::warning, "texel", ids,
       "texels that stand for several places of the surface: each "
       "place was worked out by itself, and the picture can show one of them, that of the chart "
       "which covers the texel's centre; a wider gutter or a larger texture parts them",
@@ -105,7 +107,7 @@ TextureSignal::TextureSignal(const TexturedModel& model, const TextureSignalOpti
 }
 
 Defects TextureSignal::defects() const {
-  return copies_ ? shared_texels(*copies_, model_.texture_sizes) : space_->defects();
+  return copies_ ? shared_texels(*copies_, model_.texture_sizes, space_->size()) : space_->defects();
 }
 
 std::vector<int> TextureSignal::unknowns_at(const Texels::Place& texel) const {

@@ -95,7 +95,7 @@ std::vector<TextureSize> sizes_of_textures(const Model& model, const LoadOptions
     }
     const bool there = i < model.textures.size() && !model.textures[i].pixels.empty();
     require(
-        there || options.side || options.missing == MissingPictures::assume,
+        there || options.side || options.missing == MissingPictures::assume || options.missing == MissingPictures::overlook,
         model.slots.empty() || !model.textures.empty()
             ? fmt::format("{}: texture {} has no picture: name one after the mesh",
                           model.path.string(),
@@ -175,7 +175,7 @@ Model read_input(const std::filesystem::path& path, const LoadOptions& options,
   if (!names_picture(path) || options.missing == MissingPictures::unneeded)
     return read_model(path,
                       {.textures = options.textures,
-                       .pictures = options.missing == MissingPictures::unneeded
+                       .pictures = options.missing == MissingPictures::unneeded || options.missing == MissingPictures::overlook
                                        ? ReadModelOptions::Pictures::where_there
                                    : options.missing == MissingPictures::by_head ? ReadModelOptions::Pictures::skip
                                                                                  : ReadModelOptions::Pictures::read,

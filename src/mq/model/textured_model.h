@@ -18,7 +18,8 @@ namespace mq {
 /// What is done about textures that have texture coordinates but no picture.
 enum class MissingPictures {
   refuse,   ///< an error
-  assume,   ///< as if they had `assumed_side`² texels, with a remark
+  assume,   ///< as if they had `assumed_side`² texels, with a remark; files that are named must be there
+  overlook, ///< the same, and so are those whose files are not there, with a remark on these
   by_head,  ///< pictures are not read: how large they are is what the heads of their files say
   unneeded  ///< nothing: only the shape is of interest, and there is no atlas
 };
