@@ -48,7 +48,7 @@ std::string Background::step() const {
 }
 
 std::string Background::how_far() const {
-  return fmt::format("{:.0f} %{}", std::floor(100 * fraction()), app::estimate(fraction(), seconds()));
+  return fmt::format("{:.0f} %{}", std::floor(100 * fraction()), app::estimate(app::seconds_left(fraction(), seconds())));
 }
 
 void Background::rethrow() {

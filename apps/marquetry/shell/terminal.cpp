@@ -81,6 +81,7 @@ void Terminal::progress(const ProgressEvent& event) {
   const bool begins = path_ != event.step;
   if (begins) path_ = event.step;
   detail_ = event.detail.empty() ? "" : ", " + event.detail;
+  fraction_ = event.fraction;
   if (voice_ == Voice::quiet) return;
   const auto now = Clock::now();
   const double elapsed = seconds_between(start_, now);
@@ -100,11 +101,16 @@ void Terminal::progress(const ProgressEvent& event) {
     draw_bar(event.fraction, elapsed);
   else
     fmt::print(stderr, "{}{:3.0f} % {}{}\n", prefix_, 100 * event.fraction, shown_step(path_) + detail_,
-               estimate(event.fraction, elapsed));
+               estimate(left_.seconds(event.fraction, elapsed)));
+}
+
+void Terminal::foresee(double seconds) {
+  const std::lock_guard lock(mutex_);
+  left_.foresee(fraction_, seconds_between(start_, Clock::now()), seconds);
 }
 
 void Terminal::progress_line(double fraction, double elapsed) {
-  const std::optional<double> left = seconds_left(fraction, elapsed);
+  const std::optional<double> left = left_.seconds(fraction, elapsed);
   print_line({{"event", "progress"},
               {"fraction", fraction},
               {"step", path_},
@@ -118,7 +124,7 @@ void Terminal::draw_bar(double fraction, double elapsed) {
   const int filled = int(fraction * bar_width);
   std::string text =
       fmt::format("[{:=>{}}{:>{}}] {:3.0f} %{}  {}", "", filled, "", bar_width - filled,
-                  100 * fraction, estimate(fraction, elapsed), shown_step(path_) + detail_);
+                  100 * fraction, estimate(left_.seconds(fraction, elapsed)), shown_step(path_) + detail_);
   if (int(text.size()) >= terminal_width()) text.resize(std::size_t(terminal_width() - 1));
   fmt::print(stderr, "\r\033[K{}", text);
   std::fflush(stderr);

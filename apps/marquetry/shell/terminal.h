@@ -16,6 +16,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/model/messages.h"
+#include "shell/duration.h"
 
 namespace mq::app {
 
@@ -61,6 +62,10 @@ class Terminal : public Messages {
   std::string step();
 
   void progress(const ProgressEvent& event);
+
+  /// That all the rest of the work will take so long, as far as one can know now: estimates go by that.
+  void foresee(double seconds);
+
   void remark(const std::string& text) override;
   void warning(const std::string& text) override;
   void safe(const std::string& text) override;
@@ -88,6 +93,8 @@ class Terminal : public Messages {
   std::string detail_;         ///< of the same
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_ = start_;
+  double fraction_ = 0;  ///< last reported
+  TimeLeft left_;
   std::string safe_;
   std::string to_check_;  ///< a file of which check knows more
   std::mutex mutex_, listener_mutex_, safe_mutex_;

@@ -45,9 +45,11 @@ std::vector<Guide> asked_guides(const OptionValues& options, const TexturedModel
 constexpr double unseen_change = 0.001;
 
 /// What is there to be taken off may not be noise.
-void say_that_it_hardly_changes(Run& run) {
-  run.terminal().remark("that is less than 8 bits hold, so hardly anything was changed: blocks of JPEG and a few stray texels are "
-                        "no noise; where you see some, --edge 0.03 smooths up to edges of that height");
+void say_that_it_hardly_changes(Run& run, double deviation) {
+  run.terminal().remark(fmt::format("noise of deviation {:.3g} is less than 8 bits hold, so hardly anything was changed: blocks of "
+                                    "JPEG and a few stray texels are no noise; where you see some, --edge 0.03 smooths up to "
+                                    "edges of that height",
+                                    deviation));
 }
 
 /// What only smoothing up to edges goes by.
@@ -98,7 +100,7 @@ Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& ta
     say_that_it_is_clean(run);
   if (most > 0 && found.fireflies == 0 && found.strays == 0 &&
       (found.signal - before).norm() < unseen_change * std::sqrt(double(before.size())))
-    say_that_it_hardly_changes(run);
+    say_that_it_hardly_changes(run, most);
   if (found.smoothed > 1)
     run.terminal().remark(fmt::format(
         "it seems that a camera or JPEG has smoothed the noise: it is {:.1f} times as strong over some texels as from "

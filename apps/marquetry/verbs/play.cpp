@@ -41,10 +41,12 @@ void refuse_what_does_not_fit(const OptionValues& options) {
   if (options.has("video")) film_video_type(options.text("video"));
 }
 
+constexpr double textures_share = 0.9;  // of the time, where there are any
+
 /// The pictures that the file has, each for the frames of its segment.
 FilmVideo video_of_pictures(Run& run, const EvolvingInput& input, const std::vector<int>& frames,
                             const VideoOptions& how) {
-  const Step step(run, "textures", 0.5);
+  const Step step(run, "textures", textures_share);
   std::vector<const Image<float>*> pictures;
   for (const int f : frames)
     pictures.push_back(&input.pictures[std::size_t(input.reader.frames()[std::size_t(f)].segment)]);
@@ -85,7 +87,7 @@ void check_video_to_make(Run& run, const EvolvingReader& reader, const std::vect
 }
 
 EvolvingInput open_input(Run& run, const fs::path& path) {
-  const Step step(run, "read", 0.1);
+  const Step step(run, "read", 0.02);
   return open_evolving(path, run.terminal(), step);
 }
 
@@ -187,7 +189,7 @@ Exit run_play(Run& run) {
 
   if (options.has("from")) video = captured_video(run, reader, frames, how);
   if (shows_own) video = video_of_pictures(run, input, frames, how);
-  const Step step(run, "film", 0.9);
+  const Step step(run, "film", video.bytes.empty() ? 0.98 : 0.98 - textures_share);
   FilmOptions film_options;
   if (files.film == PageFiles::Film::beside) film_options.blocks_name = files.blocks.filename().string();
   if (options.has("error")) film_options.error = options.number("error") / 100;

@@ -94,6 +94,7 @@ Substances grow(Run& run, const PatternGrowth& growth, const Reaction& reaction,
   constexpr double long_wait = 20;  // seconds
   const PatternGrowth::Stage longest = growth.stages().front();
   const auto expect = [&](double wait) {
+    run.terminal().foresee(wait);
     if (wait > long_wait)
       run.terminal().remark(fmt::format("{} on {} take about {}; --time and --scale say how many", counted(std::llround(longest.steps), "step"),
                                         counted(longest.process->size(), "unknown"), spoken(wait)));
@@ -192,12 +193,13 @@ Exit react(Run& run) {
   const GrayScottPreset preset = asked_preset(options);
   double wave_length = 0;
   {
-    const Step step(run, "assemble", 0.2);
+    const Step step(run, "assemble", 0.15);
     // Texels that charts share show the pattern of one of these places.
     domain = make_field_signal(run, scene, step.progress().step("space", 0.35),
                                TextureSignalOptions::SharedTexels::one_for_each);
     about(scene.model, [&] {
-      along = asked_space_along(run, scene, *domain, step.progress().step("along the field", 0.2));
+      along = asked_space_along(run, scene, *domain,
+                                options.has("field") ? step.progress().step("along the field", 0.2) : Progress());
       wave_length = asked_wave_length(run, *domain);
       growth = std::make_unique<PatternGrowth>(
           along ? *along : domain->space(), along ? nullptr : &scene.surface, components_of(*domain, scene.surface),
@@ -210,7 +212,7 @@ Exit react(Run& run) {
   require_bearable(options, *growth);
   Substances state = growth->seeds(std::uint64_t(options.integer("seed")));
   {
-    const Step step(run, "react", 0.7);
+    const Step step(run, "react", 0.78);
     state = grow(run, *growth, gray_scott(preset.rates), std::move(state), step);
   }
   warn_of_nothing(run, state);
@@ -222,7 +224,7 @@ Exit react(Run& run) {
                                     {"slowed", stage.process->slowed()}});
   run.result["wave_length"] = wave_length;
 
-  const Step step(run, "write", 0.05);
+  const Step step(run, "write", 0.02);
   const bool numbers = holds_numbers(outputs.paths().front());
   domain->replace(numbers ? amounts(state)
                     : coloured(state, *parse_colour(options.text("ground")),

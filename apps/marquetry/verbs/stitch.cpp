@@ -134,9 +134,8 @@ void compare_seams(Run& run) {
       run.terminal().warning(fmt::format(
           "textures jump more across seams than before ({} {:.3g}, was {:.3g}): single texels "
           "where "
-          "charts are smaller than a few texels, or share them, are far off; look at them, and try "
-          "--space stored, or a larger texture",
-          what, after, before));
+          "charts are smaller than a few texels, or share them, are far off; look at them, and try {}a larger texture",
+          what, after, before, run.options().text("space") == "stored" ? "" : "--space stored, or "));
   }
 }
 

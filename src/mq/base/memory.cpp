@@ -70,8 +70,9 @@ std::int64_t peak_memory() {
 void require_memory(std::int64_t bytes, const std::string& what, const std::string& remedy) {
   const std::int64_t available = available_memory();
   if (bytes <= available) return;
-  throw OutOfMemory(fmt::format("{} needs about {:.1f} GB of memory and {:.1f} GB are free: {}", what,
-                                1e-9 * double(bytes), 1e-9 * double(available), remedy));
+  throw OutOfMemory(fmt::format("{} needs about {:.1f} GB of memory and {:.1f} GB{} are free: {}", what,
+                                1e-9 * double(bytes), 1e-9 * double(available),
+                                scratch_left() > 0 ? " of the disk" : "", remedy));
 }
 
 }  // namespace mq

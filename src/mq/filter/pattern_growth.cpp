@@ -39,6 +39,19 @@ Substances as_substances(const Signal& values) {
   return state;
 }
 
+/// As many steps as take a quarter of a second, or all; how many these were and how long they took.
+std::pair<int, double> run_for(const ReactionDiffusion& process, const Reaction& reaction, int steps, Substances& state) {
+  constexpr double long_enough = 0.25;
+  const Stopwatch watch;
+  int taken = 0;
+  while (taken < steps && watch.seconds() < long_enough) {
+    const int more = std::min(std::max(1, taken), steps - taken);
+    process.run(reaction, more, state);
+    taken += more;
+  }
+  return {taken, watch.seconds()};
+}
+
 /// What the unknowns of a space find on a surface where they are.
 Substances taken(const EvenlySpacedSurface& from, const SignalSpace& space, const std::vector<int>& components,
                  const Substances& state, const Progress& progress = {}) {
@@ -86,27 +99,25 @@ Substances PatternGrowth::seeds(std::uint64_t seed) const {
 
 Substances PatternGrowth::grow(const Reaction& reaction, Substances state, const Expect& expect,
                                const Progress& progress) const {
-  constexpr int timed = 4;
   const std::vector<Stage> all = stages();
   const double total = std::max(1.0, bytes(all));
   require(std::ranges::all_of(all, [](const Stage& stage) { return stage.steps <= std::numeric_limits<int>::max(); }),
           fmt::format("a time of {:g} takes {:.3g} steps", places_.front().time, all.front().steps));
   for (std::size_t k = 0; k < all.size(); ++k) {
     const Stage& stage = all[k];
-    const Progress here = progress.step("grow", 0.9 * bytes(stage) / total);
+    const Progress here = progress.step("grow", 0.96 * bytes(stage) / total);
     if (k > 0) state = taken(*places_[k - 1].surface, places_[k].surface->space(), places_[k].surface->components(), state);
     int steps = int(stage.steps);
-    if (k == 0 && expect && steps > timed) {
-      const Stopwatch watch;
-      stage.process->run(reaction, timed, state);
-      expect(watch.seconds() * (total / (bytes(stage) * timed / steps) - 1));
-      steps -= timed;
+    if (k == 0 && expect) {
+      const auto [taken, seconds] = run_for(*stage.process, reaction, steps, state);
+      steps -= taken;
+      if (steps > 0) expect(seconds * (total / (bytes(stage) * taken / stage.steps) - 1));
     }
     stage.process->run(reaction, steps, state, here);
   }
   const Place& last = places_.back();
   if (!last.surface) return state;
-  return taken(*last.surface, space_, components_, state, progress.step("take values", 0.1));
+  return taken(*last.surface, space_, components_, state, progress.step("take values", 0.04));
 }
 
 }  // namespace mq
