@@ -259,7 +259,8 @@ Verb export_verb() {
                      ".usdz for an animation; without it nothing is written",
              .details =
                  "With --from a model a frame, a picture a frame, such as texture_%04d.png, or a "
-                 "video (.mp4, .mov, .webm, .mkv)."});
+                 "video (.mp4, .mov, .webm, .mkv) of the textures, not of the model as a camera sees it: a page in "
+                 "which that moves is what play makes."});
   add_evolving_frames_option(table);
   table.add({.name = "paint",
              .type = Type::path,
