@@ -36,6 +36,18 @@ Jacobian jacobian(const Vector3& lever) {
   return J;
 }
 
+/// Σ += JᵀW J' of the levers a and a', W symmetric: with C(a) = [a]× it is [C(a)·Q, C(a)·W; Q, W], Q = (C(a')·W)ᵀ.
+void add_product(const Vector3& a, const Eigen::Matrix3d& W, const Vector3& other, Matrix6& sum) {
+  Eigen::Matrix3d Q;
+  for (int c = 0; c < 3; ++c) Q.row(c) = other.cross(W.col(c));
+  for (int c = 0; c < 3; ++c) {
+    sum.block<3, 1>(0, c) += a.cross(Q.col(c));
+    sum.block<3, 1>(0, 3 + c) += a.cross(W.col(c));
+  }
+  sum.block<3, 3>(3, 0) += Q;
+  sum.block<3, 3>(3, 3) += W;
+}
+
 Eigen::Matrix3d rotation_of(const Vector3& turn) {
   const double angle = turn.norm();
   if (angle == 0) return Eigen::Matrix3d::Identity();
@@ -267,9 +279,10 @@ void DeformationGraph::add_constraints(std::span<const Vector3> from,
         for (const Member& m : members_[i]) {
           const PointConstraint& constraint = constraints[m.vertex];
           if (constraint.weight.isZero(0)) continue;
-          const Jacobian J = jacobian(lever(int(i), m.vertex));
-          diagonal[i] += m.weight * m.weight * J.transpose() * constraint.weight * J;
-          right[i] += m.weight * J.transpose() * constraint.force;
+          const Vector3 a = lever(int(i), m.vertex), force = m.weight * constraint.force;
+          add_product(a, m.weight * m.weight * constraint.weight, a, diagonal[i]);
+          right[i].head<3>() += a.cross(force);
+          right[i].tail<3>() += force;
         }
       },
       4);
@@ -279,8 +292,7 @@ void DeformationGraph::add_constraints(std::span<const Vector3> from,
         for (const Member& m : shared_[e]) {
           const PointConstraint& constraint = constraints[m.vertex];
           if (constraint.weight.isZero(0)) continue;
-          off[e] += m.weight * jacobian(lever(edges_[e][0], m.vertex)).transpose() *
-                    constraint.weight * jacobian(lever(edges_[e][1], m.vertex));
+          add_product(lever(edges_[e][0], m.vertex), m.weight * constraint.weight, lever(edges_[e][1], m.vertex), off[e]);
         }
       },
       16);
@@ -315,22 +327,39 @@ void DeformationGraph::add_stiffness(std::span<const Vector3> from, std::span<co
     }
 }
 
-SparseMatrix DeformationGraph::assembled(const NormalEquations& equations) const {
+/// Rows of blocks, in each those to the nodes before, its own, those to the nodes after; edges are in that order too.
+SparseMatrix DeformationGraph::pattern() const {
   const int n = node_count();
-  Entries entries;
-  entries.reserve(36 * (std::size_t(n) + 2 * edges_.size()));
+  std::vector<std::vector<int>> columns(static_cast<std::size_t>(n));
+  for (const auto& [i, j] : edges_) columns[std::size_t(j)].push_back(i);
+  for (int i = 0; i < n; ++i) columns[std::size_t(i)].push_back(i);
+  for (const auto& [i, j] : edges_) columns[std::size_t(i)].push_back(j);
+  SparseMatrix A(6 * n, 6 * n);
+  A.resizeNonZeros(std::ptrdiff_t(36 * (std::size_t(n) + 2 * edges_.size())));
+  std::ptrdiff_t at = 0;
   for (int i = 0; i < n; ++i)
+    for (int a = 0; a < 6; ++a) {
+      A.outerIndexPtr()[6 * i + a] = int(at);
+      for (const int j : columns[std::size_t(i)])
+        for (int b = 0; b < 6; ++b) A.innerIndexPtr()[at++] = 6 * j + b;
+    }
+  A.outerIndexPtr()[6 * n] = int(at);
+  return A;
+}
+
+/// Writes the blocks of each row in the order of `pattern`.
+void DeformationGraph::assemble(const NormalEquations& equations) {
+  if (matrix_.rows() == 0) matrix_ = pattern();
+  std::vector<int> next(nodes_.size(), 0);  // per row of blocks, how many are written
+  double* const values = matrix_.valuePtr();
+  const auto put = [&](int i, const Matrix6& block) {
     for (int a = 0; a < 6; ++a)
-      for (int b = 0; b < 6; ++b)
-        entries.emplace_back(6 * i + a, 6 * i + b, equations.diagonal[i](a, b));
-  for (std::size_t e = 0; e < edges_.size(); ++e)
-    for (int a = 0; a < 6; ++a)
-      for (int b = 0; b < 6; ++b) {
-        const double value = equations.off[e](a, b);
-        entries.emplace_back(6 * edges_[e][0] + a, 6 * edges_[e][1] + b, value);
-        entries.emplace_back(6 * edges_[e][1] + b, 6 * edges_[e][0] + a, value);
-      }
-  return sparse_matrix(6 * n, 6 * n, entries);
+      Eigen::Map<Eigen::Matrix<double, 1, 6>>(values + matrix_.outerIndexPtr()[6 * i + a] + 6 * next[i]) = block.row(a);
+    ++next[i];
+  };
+  for (std::size_t e = 0; e < edges_.size(); ++e) put(edges_[e][1], equations.off[e].transpose());
+  for (int i = 0; i < node_count(); ++i) put(i, equations.diagonal[i]);
+  for (std::size_t e = 0; e < edges_.size(); ++e) put(edges_[e][0], equations.off[e]);
 }
 
 double DeformationGraph::gauss_newton_step(std::span<const Vector3> from,
@@ -344,13 +373,13 @@ double DeformationGraph::gauss_newton_step(std::span<const Vector3> from,
   add_constraints(from, constraints, motions, equations);
   add_stiffness(from, rest, since_rest, stiffness, motions, equations);
   if (!equations.hold_loose_parts()) return 0;
-  const SparseMatrix A = assembled(equations);
+  assemble(equations);
   Signal B(6 * n, 1);
   for (int i = 0; i < n; ++i) B.block<6, 1>(6 * i, 0) = equations.right[i];
   if (solver_)
-    solver_->refactor(A);
+    solver_->refactor(matrix_);
   else
-    solver_ = std::make_unique<DirectSolver>(A);
+    solver_ = std::make_unique<DirectSolver>(matrix_);
   const Signal X = solver_->solve(B);
   double sum = 0;
   for (int i = 0; i < n; ++i) {

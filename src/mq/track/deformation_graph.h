@@ -92,7 +92,8 @@ class DeformationGraph {
   void add_stiffness(std::span<const Vector3> from, std::span<const Vector3> rest,
                      std::span<const NodeMotion> since_rest, const Stiffness& stiffness,
                      std::span<const NodeMotion> motions, NormalEquations& equations) const;
-  SparseMatrix assembled(const NormalEquations& equations) const;
+  SparseMatrix pattern() const;
+  void assemble(const NormalEquations& equations);
 
   struct Member {
     int vertex;
@@ -104,6 +105,7 @@ class DeformationGraph {
   std::vector<std::vector<Member>> members_;  // per node its vertices
   std::vector<std::array<int, 2>> edges_;     // i < j
   std::vector<std::vector<Member>> shared_;   // per edge its vertices and w_i·w_j
+  SparseMatrix matrix_;                       // of the last step
   std::unique_ptr<DirectSolver> solver_;      // keeps the order of elimination
 };
 
