@@ -12,7 +12,7 @@
 namespace mq::app {
 namespace {
 
-constexpr double tracking_share = 0.85;  // of the time
+constexpr double tracking_share = 0.75;  // of the time
 
 Exit evolve(Run& run) {
   const OptionValues& options = run.options();
