@@ -11,7 +11,8 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <cstdint>
+#include <span>
 
 #include <tbb/enumerable_thread_specific.h>
 
@@ -21,12 +22,29 @@ namespace mq {
 
 namespace {
 
+/// The row at hand.
 struct Scratch {
   std::vector<int> place;  ///< per coarse column its position in the row, −1: none
   std::vector<int> columns;
   std::vector<double> values;
-  std::vector<int> order;
+  std::vector<std::uint64_t> order;
   std::vector<WeightedIndex> children;
+
+  void add(int column, double value) {
+    int& at = place[column];
+    if (at < 0) {
+      at = int(columns.size());
+      columns.push_back(column);
+      values.push_back(value);
+    } else {
+      values[at] += value;
+    }
+  }
+  void clear() {
+    columns.clear();
+    values.clear();
+    children.clear();
+  }
 };
 
 /// Consecutive rows of the product.
@@ -36,27 +54,29 @@ struct Block {
   std::vector<double> values;
 };
 
-void gather_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s) {
-  s.columns.clear();
-  s.values.clear();
-  s.children.clear();
-  P.children(row, s.children);
-  std::array<WeightedIndex, 4> parents;
-  for (const WeightedIndex& child : s.children)
-    for (SparseMatrix::InnerIterator entry(A, child.index); entry; ++entry) {
-      const double value = double(child.weight) * entry.value();
-      const int count = P.parents(int(entry.col()), parents);
-      for (int p = 0; p < count; ++p) {
-        int& place = s.place[parents[p].index];
-        if (place < 0) {
-          place = int(s.columns.size());
-          s.columns.push_back(parents[p].index);
-          s.values.push_back(0);
-        }
-        s.values[place] += value * double(parents[p].weight);
-      }
+/// Σ_i P_iI Σ_j A_ij P_jJ over the children i; parents_of(j) is row j of P.
+template <class ParentsOf>
+void gather_row(const SparseMatrix& A, std::span<const WeightedIndex> children, const ParentsOf& parents_of,
+                Scratch& s) {
+  const int *const starts = A.outerIndexPtr(), *const columns = A.innerIndexPtr();
+  const double* const values = A.valuePtr();
+  for (const WeightedIndex& child : children)
+    for (int e = starts[child.index]; e < starts[child.index + 1]; ++e) {
+      const double value = double(child.weight) * values[e];
+      for (const WeightedIndex& parent : parents_of(columns[e])) s.add(parent.index, value * double(parent.weight));
     }
   for (const int column : s.columns) s.place[column] = -1;
+}
+
+void gather_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s) {
+  s.clear();
+  if (const SparseTransfer* const sparse = P.sparse())
+    return gather_row(A, sparse->column(row), [&](int fine) { return sparse->row(fine); }, s);
+  P.children(row, s.children);
+  std::array<WeightedIndex, 4> parents;
+  gather_row(A, s.children, [&](int fine) {
+    return std::span<const WeightedIndex>(parents.data(), std::size_t(P.parents(fine, parents)));
+  }, s);
 }
 
 /// Wᵃ for a = −1, 0, 1, see above.
@@ -142,13 +162,12 @@ void append_stencil(const GridAround& around, const std::array<double, 9>& value
 }
 
 void append_row(Scratch& s, Block& block) {
-  s.order.resize(s.columns.size());
-  std::iota(s.order.begin(), s.order.end(), 0);
-  std::sort(s.order.begin(), s.order.end(),
-            [&](int a, int b) { return s.columns[a] < s.columns[b]; });
-  for (const int i : s.order) {
-    block.columns.push_back(s.columns[i]);
-    block.values.push_back(s.values[i]);
+  s.order.clear();
+  for (std::size_t i = 0; i < s.columns.size(); ++i) s.order.push_back(std::uint64_t(s.columns[i]) << 32 | i);
+  std::ranges::sort(s.order);
+  for (const std::uint64_t entry : s.order) {
+    block.columns.push_back(int(entry >> 32));
+    block.values.push_back(s.values[std::uint32_t(entry)]);
   }
   block.counts.push_back(int(s.columns.size()));
 }

@@ -24,6 +24,17 @@ struct Incidence {
 inline constexpr int mass_at[4][4] = {{0, 1, 3, 4}, {1, 2, 4, 5}, {3, 4, 6, 7}, {4, 5, 7, 8}};
 inline constexpr int stiffness_at[4][4] = {{-1, 0, 1, 2}, {0, -1, 3, 4}, {1, 3, -1, 5}, {2, 4, 5, -1}};
 
+/// Where in the 3 × 3 texels around a texel, row by row, corner `other` of a cell is whose corner `own` it is.
+inline int place_around(int own, int other) {
+  return 1 - (own & 1) + (other & 1) + 3 * (1 - (own >> 1) + (other >> 1));
+}
+
+/// An entry of a row of a matrix.
+struct RowTerm {
+  int column;
+  double value;
+};
+
 /// Some channels of a signal, few enough for registers.
 template <int count>
 class ChannelGroup {
@@ -78,7 +89,6 @@ struct TexelSpace::Data {
     double texel_area;  ///< of the surface, where it lies
   };
   std::vector<Weak> weak;  ///< unknowns that hardly any point of the surface shows
-  std::vector<int> row_offsets;  ///< of the matrices
   Defects defects;
 
   Data(const Surface& s, const Atlas& a) : surface(s), atlas(a), grid(a.textures) {}
@@ -104,15 +114,19 @@ struct TexelSpace::Data {
   void add_soft_seams(double penalty);
   void number_texels();
   void place_texels();
+  int find_chart(int i);
   void find_parts();
   double texel_area(int i) const;
+  double mass_at_texel(int i) const;
   void find_weak();
-  void count_rows();
   void list_defects();
 
   // Cells around texels.
   template <class Visit>
   void for_each_cell(const Texels::Place& at, const Visit& visit) const;
+  template <class Visit>
+  void for_each_inner_cell(const Texels::Place& at, const Visit& visit) const;
+  /// Not at the border of its picture: its cells and the texels of these are around it and nowhere else.
   bool inner(const Texels::Place& at) const {
     const TextureSize& size = grid.texture(at.texture);
     return at.x > 0 && at.y > 0 && at.x < size.width - 1 && at.y < size.height - 1;
@@ -122,10 +136,22 @@ struct TexelSpace::Data {
   }
 
   // Rows.
+  /// Whether cells alone couple texel i, to the 3 × 3 texels around it at most.
+  bool is_grid_row(int i) const { return inner(texels.places[i]) && blocks_of(i).empty(); }
+  /// Of the texels around an inner one: those of the row above, and a picture's width on, of the next ones.
+  const int* unknowns_around(const Texels::Place& at) const {
+    return unknown.data() + grid.first_texel(at.texture) + (at.y - 1) * grid.texture(at.texture).width + at.x - 1;
+  }
+  template <class OfCell>
+  std::array<double, 9> grid_weights(const Texels::Place& at, const OfCell& of_cell) const;
   int row_size(int i) const;
-  /// Row i of a·M + b·Σ c_e·S_e; no conductivity: c = 1.
-  void fill_row(int i, double a, double b, std::span<const float> conductivity, int* columns,
-                double* values) const;
+  /// Where the rows of the matrices begin, and where the last ends.
+  std::vector<int> row_starts() const;
+  /// Row i of a·M + b·Σ c_e·S_e, columns increasing; no conductivity: c = 1. They hold until the same thread asks
+  /// for another row.
+  const std::vector<RowTerm>& terms_of_row(int i, double a, double b, std::span<const float> conductivity) const;
+  void fill_grid_row(int i, double a, double b, std::span<const float> conductivity, int* columns,
+                     double* values) const;
   template <class Visit>
   void for_each_coupling(int i, std::span<const float> conductivity, const Visit& visit) const;
   template <class OfCell, class OfBlock>
@@ -147,8 +173,21 @@ struct TexelSpace::Data {
 };
 
 template <class Visit>
+void TexelSpace::Data::for_each_inner_cell(const Texels::Place& at, const Visit& visit) const {
+  const int width = grid.texture(at.texture).width;
+  const int first_cell = grid.first_cell(at.texture) + at.y * (width + 1) + at.x;
+  const int first_texel = grid.first_texel(at.texture) + (at.y - 1) * width + at.x - 1;
+  const auto at_corner = [&](int corner) {
+    const int dx = 1 - (corner & 1), dy = 1 - (corner >> 1), texel = first_texel + dy * width + dx;
+    return Incidence{first_cell + dy * (width + 1) + dx, corner, {texel, texel + 1, texel + width, texel + width + 1}};
+  };
+  visit(at_corner(3)), visit(at_corner(2)), visit(at_corner(1)), visit(at_corner(0));
+}
+
+template <class Visit>
 void TexelSpace::Data::for_each_cell(const Texels::Place& at, const Visit& visit) const {
   const TextureSize& size = grid.texture(at.texture);
+  if (inner(at)) return for_each_inner_cell(at, visit);
   const bool clamped = size.wrap != Wrap::repeat;
   int columns[3][2], rows[3][2];  // cell column or row, and on which side of it the texel is
   const auto fill = [&](int(&list)[3][2], int i, int n) {
@@ -209,6 +248,20 @@ void TexelSpace::Data::for_each_coupling(int i, std::span<const float> conductiv
   }
 }
 
+/// Σ of_cell(cell, corners)·S_cell of a grid row, but for the diagonal: row by row of the 3 × 3 texels.
+template <class OfCell>
+std::array<double, 9> TexelSpace::Data::grid_weights(const Texels::Place& at, const OfCell& of_cell) const {
+  std::array<double, 9> weights{};
+  for_each_inner_cell(at, [&](const Incidence& in) __attribute__((always_inline)) {
+    if (!active(in.cell)) return;
+    const CellIntegrals& cell = integrals(in.cell);
+    const double factor = of_cell(in.cell, in.corners);
+    for (int d = 0; d < 4; ++d)
+      if (d != in.corner) weights[place_around(in.corner, d)] += factor * cell.stiffness[stiffness_at[in.corner][d]];
+  });
+  return weights;
+}
+
 /// These rows (none: all) of Σ of_cell(cell, corners)·S_cell·ψ + Σ of_block(block)·S_block·ψ, gathered
 /// texel by texel.
 template <class OfCell, class OfBlock>
@@ -221,6 +274,14 @@ Signal TexelSpace::Data::stiffness_product(std::span<const int> rows, const Sign
       const int i = rows.empty() ? int(r) : rows[std::size_t(r)];
       const auto own = group(i);
       typename ChannelGroup<channels>::Row sum = own.Zero();
+      if (is_grid_row(i)) {
+        const std::array<double, 9> weights = grid_weights(texels.places[i], of_cell);
+        const int* const around = unknowns_around(texels.places[i]);
+        const int width = grid.texture(texels.places[i].texture).width;
+        for (int n = 0; n < 9; ++n)
+          if (weights[n] != 0) sum += weights[n] * (group(around[n / 3 * width + n % 3]) - own);
+        return group.store(sum, r, result);
+      }
       for_each_cell(texels.places[i], [&](const Incidence& at) {
         if (!active(at.cell)) return;
         const CellIntegrals& cell = integrals(at.cell);
