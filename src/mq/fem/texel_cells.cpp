@@ -369,15 +369,20 @@ void join_bands(std::vector<Band>& bands, int triangles, const TexelGrid& grid, 
       std::ssize(bands),
       [&](std::int64_t b) {
         Band& band = bands[b];
-        std::copy(band.cut.begin(), band.cut.end(), cells.cut.begin() + offsets[b]);
-        std::copy(band.info.begin(), band.info.end(), cells.info.begin() + offsets[b]);
-        band.cut = {};
-        band.info = {};
         put(band.blocks, places[b], cells.seams);
+        // In the order of cells, in which they are read.
         const int width = grid.texture(band.texture).width + 1;
         const int first = grid.first_cell(band.texture);
-        for (int c = first + band.first_row * width; c < first + band.end_row * width; ++c)
-          if (cells.kind[c] >= triangles) cells.kind[c] += int(offsets[b]);
+        std::size_t next = offsets[b];
+        for (int c = first + band.first_row * width; c < first + band.end_row * width; ++c) {
+          int& kind = cells.kind[c];
+          if (kind < triangles) continue;
+          cells.cut[next] = band.cut[kind - triangles];
+          cells.info[next] = band.info[kind - triangles];
+          kind = triangles + int(next++);
+        }
+        band.cut = {};
+        band.info = {};
       },
       1);
 }

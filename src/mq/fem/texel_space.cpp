@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <type_traits>
 
 #include "mq/atlas/overlap_depth.h"
 #include "mq/base/error.h"
@@ -111,16 +112,20 @@ int TexelSpace::Data::row_size(int i) const {
 namespace {
 
 /// Adds row `corner` of a cell's a·M + b·S to those of the 3 × 3 texels around that corner.
-inline void add_cell(const CellIntegrals& cell, int corner, double a, double b, double* sums) {
+template <int corner>
+inline void add_cell(const CellIntegrals& cell, double a, double b, double* sums) {
   double diagonal = 0;
-  for (int d = 0; d < 4; ++d) {
+  const auto add = [&]<int d>(std::integral_constant<int, d>) {
     double& sum = sums[place_around(corner, d)];
     sum += a * cell.mass[mass_at[corner][d]];
-    if (d == corner) continue;
-    const double s = b * cell.stiffness[stiffness_at[corner][d]];
-    sum += s;
-    diagonal -= s;
-  }
+    if constexpr (d != corner) {
+      const double s = b * cell.stiffness[stiffness_at[corner][d]];
+      sum += s;
+      diagonal -= s;
+    }
+  };
+  add(std::integral_constant<int, 0>()), add(std::integral_constant<int, 1>());
+  add(std::integral_constant<int, 2>()), add(std::integral_constant<int, 3>());
   sums[4] += diagonal;
 }
 
@@ -142,18 +147,21 @@ void TexelSpace::Data::fill_grid_row(int i, double a, double b, std::span<const 
   const int first = grid.first_cell(at.texture) + at.y * (width + 1) + at.x;
   double sums[9] = {};
   bool coupled[9] = {};
-  for (int corner = 3; corner >= 0; --corner) {
+  const auto add = [&]<int corner>(std::integral_constant<int, corner>) {
     const int id = first + 1 - (corner & 1) + (1 - (corner >> 1)) * (width + 1);
-    if (!active(id)) continue;
+    if (!active(id)) return;
     for (int d = 0; d < 4; ++d) coupled[place_around(corner, d)] = true;
-    add_cell(integrals(id), corner, a, conductivity.empty() ? b : b * conductivity[id], sums);
-  }
+    add_cell<corner>(integrals(id), a, conductivity.empty() ? b : b * conductivity[id], sums);
+  };
+  add(std::integral_constant<int, 3>()), add(std::integral_constant<int, 2>());
+  add(std::integral_constant<int, 1>()), add(std::integral_constant<int, 0>());
   const int* const around = unknowns_around(at);
-  for (int place = 0; place < 9; ++place)
-    if (coupled[place]) {
-      *columns++ = around[place / 3 * width + place % 3];
-      *values++ = sums[place];
-    }
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      if (coupled[3 * row + column]) {
+        *columns++ = around[row * width + column];
+        *values++ = sums[3 * row + column];
+      }
 }
 
 namespace {

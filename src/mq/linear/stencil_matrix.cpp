@@ -87,14 +87,16 @@ void StencilMatrix::make_room(const SparseMatrix& A, const StencilLayout& layout
 void StencilMatrix::fill_listed(const SparseMatrix& A, const Scaling& scaling, StencilMatrix* low) {
   parallel_for(layout_->listed_count(), [&](std::int64_t p) {
     const int k = layout_->listed(int(p));
-    check_row(A, k);
     std::int64_t at = start_[p];
-    double sum = 0;
+    double sum = 0, size = 0;
+    bool positive = false;
     for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
       const bool own = entry.col() == k;
       const double scaled = scaling(k, entry.col()) * entry.value(), kept = own ? scaled * raised(scaling, k) : scaled;
       const auto high = float(kept);
       sum += kept;
+      size += std::abs(kept);
+      positive |= own && kept > 0;
       (own ? streams(0)[k] : values_[at]) = high;
       if (low) (own ? low->streams(0)[k] : low->values_[at]) = float(scaled - double(high));
       if (own) continue;
@@ -102,6 +104,7 @@ void StencilMatrix::fill_listed(const SparseMatrix& A, const Scaling& scaling, S
       if (low) low->columns_[at] = int(entry.col());
       ++at;
     }
+    if (!positive || !std::isfinite(size)) check_row(A, k);
     if (low) row_sums_[k] = float(sum);
   });
 }

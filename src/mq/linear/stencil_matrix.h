@@ -157,14 +157,14 @@ class StencilMatrix {
 
   using Streams = StencilStreams;
 
-  /// The irregular and the clustered rows, for kernels.
+  /// The stencil rows, and the irregular and the clustered rows, for kernels.
+  Streams stencils() const { return {centres(0), easts(0), south_wests(0), souths(0), south_easts(0)}; }
   ListedRows listed_rows() const;
 
   std::int64_t bytes() const;
 
  private:
   static constexpr int margin = 32;
-  Streams stencils() const { return {centres(0), easts(0), south_wests(0), souths(0), south_easts(0)}; }
   float* streams(int i) { return values5_[i].data() + margin; }
   void make_room(const SparseMatrix& A, const StencilLayout& layout);
   void fill(const SparseMatrix& A, const Scaling& scaling, StencilMatrix* low);

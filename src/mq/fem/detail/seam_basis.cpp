@@ -211,7 +211,7 @@ int SeamCell::curve_at(int segment, double s) {
   Curve curve{segment, above[-1], *above, 0.5 * (above[-1] + *above), int(entries_.size()), 0};
   value_.clear();
   seams_.add_value(seam, curve.middle, value_);
-  seams_.subtract_side(h, curve.middle, value_);
+  value_[seams_.is_first(h) ? 0 : 1].weight -= 1;  // of the chart's own side, whose values σ is the difference from
   for (const SeamTerm& term : value_) add_bilinear(term);
   int end = curve.first_entry;  // entries of one texel become one
   for (int k = end; k < int(entries_.size()); ++k) {

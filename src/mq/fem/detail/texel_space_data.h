@@ -25,7 +25,7 @@ inline constexpr int mass_at[4][4] = {{0, 1, 3, 4}, {1, 2, 4, 5}, {3, 4, 6, 7}, 
 inline constexpr int stiffness_at[4][4] = {{-1, 0, 1, 2}, {0, -1, 3, 4}, {1, 3, -1, 5}, {2, 4, 5, -1}};
 
 /// Where in the 3 × 3 texels around a texel, row by row, corner `other` of a cell is whose corner `own` it is.
-inline int place_around(int own, int other) {
+constexpr int place_around(int own, int other) {
   return 1 - (own & 1) + (other & 1) + 3 * (1 - (own >> 1) + (other >> 1));
 }
 
@@ -154,6 +154,8 @@ struct TexelSpace::Data {
                      double* values) const;
   template <class Visit>
   void for_each_coupling(int i, std::span<const float> conductivity, const Visit& visit) const;
+  template <class Group, class OfBlock>
+  OverwrittenVector<double> block_products(const Group& group, const OfBlock& of_block) const;
   template <class OfCell, class OfBlock>
   Signal stiffness_product(std::span<const int> rows, const Signal& psi, const OfCell& of_cell,
                            const OfBlock& of_block) const;
@@ -262,6 +264,40 @@ std::array<double, 9> TexelSpace::Data::grid_weights(const Texels::Place& at, co
   return weights;
 }
 
+/// S_block·ψ of every seam block times of_block(block), at the places of its texels among those of all blocks: every
+/// value of a block is read once for two rows.
+template <class Group, class OfBlock>
+OverwrittenVector<double> TexelSpace::Data::block_products(const Group& group, const OfBlock& of_block) const {
+  using Row = typename Group::Row;
+  constexpr int channels = Row::SizeAtCompileTime;
+  const SeamBlocks& all = cells.seams;
+  OverwrittenVector<double> products;
+  products.resize(all.texels.size() * channels);
+  parallel_blocks(std::ssize(all.blocks), 256, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<Row> values, sums;
+    for (std::int64_t b = begin; b < end; ++b) {
+      const SeamBlocks::Block& block = all.blocks[b];
+      values.resize(std::size_t(block.count));
+      sums.assign(std::size_t(block.count), Row::Zero());
+      for (int k = 0; k < block.count; ++k) values[k] = group(all.texels[block.first + k]);
+      const double* s = all.stiffness.data() + block.first_value;
+      for (int i = 0; i < block.count; ++i) {
+        ++s;  // of the diagonal: rows sum to 0
+        Row sum = Row::Zero();
+        for (int j = i + 1; j < block.count; ++j) {
+          const Row flow = *s++ * (values[j] - values[i]);
+          sum += flow;
+          sums[j] -= flow;
+        }
+        sums[i] += sum;
+      }
+      const double factor = of_block(int(b));
+      for (int k = 0; k < block.count; ++k) Row::Map(products.data() + std::int64_t(block.first + k) * channels) = factor * sums[k];
+    }
+  });
+  return products;
+}
+
 /// These rows (none: all) of Σ of_cell(cell, corners)·S_cell·ψ + Σ of_block(block)·S_block·ψ, gathered
 /// texel by texel.
 template <class OfCell, class OfBlock>
@@ -270,10 +306,13 @@ Signal TexelSpace::Data::stiffness_product(std::span<const int> rows, const Sign
   const std::int64_t count = rows.empty() ? psi.rows() : std::ssize(rows);
   Signal result(count, psi.cols());
   for_channel_groups(psi, [&]<int channels>(const ChannelGroup<channels>& group) {
+    using Row = typename ChannelGroup<channels>::Row;
+    const OverwrittenVector<double> products =
+        rows.empty() ? block_products(group, of_block) : OverwrittenVector<double>();
     parallel_for(count, [&](std::int64_t r) {
       const int i = rows.empty() ? int(r) : rows[std::size_t(r)];
       const auto own = group(i);
-      typename ChannelGroup<channels>::Row sum = own.Zero();
+      Row sum = Row::Zero();
       if (is_grid_row(i)) {
         const std::array<double, 9> weights = grid_weights(texels.places[i], of_cell);
         const int* const around = unknowns_around(texels.places[i]);
@@ -292,6 +331,11 @@ Signal TexelSpace::Data::stiffness_product(std::span<const int> rows, const Sign
                    (group(unknown[at.corners[k]]) - own);
       });
       for (const Part& part : blocks_of(i)) {
+        if (rows.empty()) {
+          const int place = cells.seams.blocks[part.block].first + part.index;
+          sum += Row::Map(products.data() + std::int64_t(place) * channels);
+          continue;
+        }
         const double factor = of_block(part.block);
         visit_block(part, [&](int j, double, double s) {
           if (j != i) sum += factor * s * (group(j) - own);
