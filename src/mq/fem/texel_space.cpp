@@ -131,36 +131,51 @@ inline void add_cell(const CellIntegrals& cell, double a, double b, double* sums
 
 }  // namespace
 
+TexelSpace::Data::GridRow TexelSpace::Data::grid_row(const Texels::Place& at, double a, double b,
+                                                      std::span<const float> conductivity) const {
+  const int width = grid.texture(at.texture).width;
+  const int first = grid.first_cell(at.texture) + at.y * (width + 1) + at.x;
+  GridRow row;
+  const auto add = [&]<int corner>(std::integral_constant<int, corner>) {
+    const int id = first + 1 - (corner & 1) + (1 - (corner >> 1)) * (width + 1);
+    if (!active(id)) return;
+    for (int d = 0; d < 4; ++d) row.coupled[place_around(corner, d)] = true;
+    add_cell<corner>(integrals(id), a, conductivity.empty() ? b : b * conductivity[id], row.values.data());
+  };
+  add(std::integral_constant<int, 3>()), add(std::integral_constant<int, 2>());
+  add(std::integral_constant<int, 1>()), add(std::integral_constant<int, 0>());
+  return row;
+}
+
 const std::vector<RowTerm>& TexelSpace::Data::terms_of_row(int i, double a, double b,
-                                                        std::span<const float> conductivity) const {
+                                                           std::span<const float> conductivity) const {
   RowTerms& terms = row_terms();
   terms.start();
-  for_each_coupling(i, conductivity,
-                    [&](int j, double m, double s) { terms.add(j, a * m + b * s); });
+  const auto add = [&](int j, double m, double s) { terms.add(j, a * m + b * s); };
+  if (const Texels::Place& at = texels.places[i]; inner(at)) {
+    const GridRow row = grid_row(at, a, b, conductivity);
+    const int* const around = unknowns_around(at);
+    const int width = grid.texture(at.texture).width;
+    for (int n = 0; n < 9; ++n)
+      if (row.coupled[n]) terms.add(around[n / 3 * width + n % 3], row.values[n]);
+    for_each_block_coupling(i, conductivity, add);
+  } else {
+    for_each_coupling(i, conductivity, add);
+  }
   return terms.sorted();
 }
 
 void TexelSpace::Data::fill_grid_row(int i, double a, double b, std::span<const float> conductivity,
                                      int* columns, double* values) const {
   const Texels::Place& at = texels.places[i];
-  const int width = grid.texture(at.texture).width;
-  const int first = grid.first_cell(at.texture) + at.y * (width + 1) + at.x;
-  double sums[9] = {};
-  bool coupled[9] = {};
-  const auto add = [&]<int corner>(std::integral_constant<int, corner>) {
-    const int id = first + 1 - (corner & 1) + (1 - (corner >> 1)) * (width + 1);
-    if (!active(id)) return;
-    for (int d = 0; d < 4; ++d) coupled[place_around(corner, d)] = true;
-    add_cell<corner>(integrals(id), a, conductivity.empty() ? b : b * conductivity[id], sums);
-  };
-  add(std::integral_constant<int, 3>()), add(std::integral_constant<int, 2>());
-  add(std::integral_constant<int, 1>()), add(std::integral_constant<int, 0>());
+  const GridRow row = grid_row(at, a, b, conductivity);
   const int* const around = unknowns_around(at);
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column)
-      if (coupled[3 * row + column]) {
-        *columns++ = around[row * width + column];
-        *values++ = sums[3 * row + column];
+  const int width = grid.texture(at.texture).width;
+  for (int y = 0; y < 3; ++y)
+    for (int x = 0; x < 3; ++x)
+      if (row.coupled[3 * y + x]) {
+        *columns++ = around[y * width + x];
+        *values++ = row.values[3 * y + x];
       }
 }
 

@@ -54,29 +54,45 @@ struct Block {
   std::vector<double> values;
 };
 
-/// Σ_i P_iI Σ_j A_ij P_jJ over the children i; parents_of(j) is row j of P.
-template <class ParentsOf>
-void gather_row(const SparseMatrix& A, std::span<const WeightedIndex> children, const ParentsOf& parents_of,
-                Scratch& s) {
+/// Σ_i P_iI Σ_j A_ij P_jJ over the children i; add_parents(j, value) adds value times row j of P.
+template <class AddParents>
+void gather_row(const SparseMatrix& A, std::span<const WeightedIndex> children, Scratch& s,
+                const AddParents& add_parents) {
   const int *const starts = A.outerIndexPtr(), *const columns = A.innerIndexPtr();
   const double* const values = A.valuePtr();
   for (const WeightedIndex& child : children)
-    for (int e = starts[child.index]; e < starts[child.index + 1]; ++e) {
-      const double value = double(child.weight) * values[e];
-      for (const WeightedIndex& parent : parents_of(columns[e])) s.add(parent.index, value * double(parent.weight));
-    }
+    for (int e = starts[child.index]; e < starts[child.index + 1]; ++e)
+      add_parents(columns[e], double(child.weight) * values[e]);
   for (const int column : s.columns) s.place[column] = -1;
+}
+
+void add_parents(const LevelTransfer& P, int fine, double value, Scratch& s) {
+  std::array<WeightedIndex, 4> parents;
+  const int count = P.parents(fine, parents);
+  for (int p = 0; p < count; ++p) s.add(parents[p].index, value * double(parents[p].weight));
+}
+
+void add_parents(const GridTransfer& P, int fine, double value, Scratch& s) {
+  const GridParents& at = P.grid_parents(fine);
+  if (at.moved) return add_parents(static_cast<const LevelTransfer&>(P), fine, value, s);
+  const double share = value * (at.between_columns ? 0.5 : 1) * (at.between_rows ? 0.5 : 1);
+  s.add(int(at.upper), share);
+  if (at.between_columns) s.add(int(at.upper) + 1, share);
+  if (!at.between_rows) return;
+  s.add(at.lower, share);
+  if (at.between_columns) s.add(at.lower + 1, share);
 }
 
 void gather_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s) {
   s.clear();
   if (const SparseTransfer* const sparse = P.sparse())
-    return gather_row(A, sparse->column(row), [&](int fine) { return sparse->row(fine); }, s);
+    return gather_row(A, sparse->column(row), s, [&](int fine, double value) {
+      for (const WeightedIndex& parent : sparse->row(fine)) s.add(parent.index, value * double(parent.weight));
+    });
   P.children(row, s.children);
-  std::array<WeightedIndex, 4> parents;
-  gather_row(A, s.children, [&](int fine) {
-    return std::span<const WeightedIndex>(parents.data(), std::size_t(P.parents(fine, parents)));
-  }, s);
+  if (const GridTransfer* const grid = P.grid())
+    return gather_row(A, s.children, s, [&](int fine, double value) { add_parents(*grid, fine, value, s); });
+  gather_row(A, s.children, s, [&](int fine, double value) { add_parents(P, fine, value, s); });
 }
 
 /// Wᵃ for a = −1, 0, 1, see above.

@@ -123,16 +123,19 @@ struct Members {
 };
 
 Adjacency adjacency_of(const SparseMatrix& A, const Cells& cells, const Members& members) {
+  constexpr std::size_t few = 16;  // are faster looked through than sorted
   const int count = int(cells.centres.size());
   std::vector<std::vector<int>> lists(count);
   parallel_for(count, [&](std::int64_t c) {
     thread_local std::vector<int> list;
     list.clear();
     for (const int member : members.of(c))
-      for (SparseMatrix::InnerIterator entry(A, member); entry; ++entry)
-        if (const int other = cells.owner[entry.col()];
-            other != c && (list.empty() || list.back() != other))
-          list.push_back(other);
+      for (SparseMatrix::InnerIterator entry(A, member); entry; ++entry) {
+        const int other = cells.owner[entry.col()];
+        if (other == c) continue;
+        const bool known = list.size() <= few && std::ranges::find(list, other) != list.end();
+        if (!known) list.push_back(other);
+      }
     std::sort(list.begin(), list.end());
     lists[c].assign(list.begin(), std::unique(list.begin(), list.end()));
   });

@@ -144,6 +144,13 @@ struct TexelSpace::Data {
   }
   template <class OfCell>
   std::array<double, 9> grid_weights(const Texels::Place& at, const OfCell& of_cell) const;
+  /// What cells give a row of an inner texel: to each of the 3 × 3 texels around it, row by row, and which of these
+  /// they couple.
+  struct GridRow {
+    std::array<double, 9> values{};
+    std::array<bool, 9> coupled{};
+  };
+  GridRow grid_row(const Texels::Place& at, double a, double b, std::span<const float> conductivity) const;
   int row_size(int i) const;
   /// Where the rows of the matrices begin, and where the last ends.
   std::vector<int> row_starts() const;
@@ -152,6 +159,8 @@ struct TexelSpace::Data {
   const std::vector<RowTerm>& terms_of_row(int i, double a, double b, std::span<const float> conductivity) const;
   void fill_grid_row(int i, double a, double b, std::span<const float> conductivity, int* columns,
                      double* values) const;
+  template <class Visit>
+  void for_each_block_coupling(int i, std::span<const float> conductivity, const Visit& visit) const;
   template <class Visit>
   void for_each_coupling(int i, std::span<const float> conductivity, const Visit& visit) const;
   template <class Group, class OfBlock>
@@ -228,6 +237,17 @@ void TexelSpace::Data::visit_block(const Part& part, const Visit& visit) const {
   }
 }
 
+/// visit(j, mass, stiffness) for the terms of row i that seam blocks have.
+template <class Visit>
+void TexelSpace::Data::for_each_block_coupling(int i, std::span<const float> conductivity,
+                                               const Visit& visit) const {
+  for (const Part& part : blocks_of(i)) {
+    const double factor =
+        conductivity.empty() ? 1 : conductivity[element_of_block(part.block)];
+    visit_block(part, [&](int j, double m, double s) { visit(j, m, factor * s); });
+  }
+}
+
 /// visit(j, mass, stiffness) for every term of row i; a j may come several times. Stiffness terms
 /// of j = i from cells are left out: they are minus the sum of the others.
 template <class Visit>
@@ -243,11 +263,7 @@ void TexelSpace::Data::for_each_coupling(int i, std::span<const float> conductiv
       if (d != at.corner) visit(i, 0, -s);
     }
   });
-  for (const Part& part : blocks_of(i)) {
-    const double factor =
-        conductivity.empty() ? 1 : conductivity[element_of_block(part.block)];
-    visit_block(part, [&](int j, double m, double s) { visit(j, m, factor * s); });
-  }
+  for_each_block_coupling(i, conductivity, visit);
 }
 
 /// Σ of_cell(cell, corners)·S_cell of a grid row, but for the diagonal: row by row of the 3 × 3 texels.

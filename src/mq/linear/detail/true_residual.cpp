@@ -64,11 +64,7 @@ void residual_of_run(const StencilMatrix& high, const StencilMatrix& low, const 
   if (!x.whole(std::int64_t(run.down) + run.count + 1)) return residual_at_end(high, low, run, B, x, r);
   double product[4 * StencilLayout::max_run];
   stencil_kernels().multiply_in_double(high.stencils(), low.stencils(), run, x.data(), x.stride(), product);
-  for (int i = 0; i < run.count; ++i) {
-    Double4 own;
-    std::memcpy(&own, product + 4 * i, sizeof own);
-    store_rounded<channels>(B.row<channels>(run.first + i) - own, run.first + i, r);
-  }
+  B.subtract<channels>(product, run.first, run.count, r.data() + std::int64_t(run.first) * r.lanes());
 }
 
 /// The same for a number of channels that the compiler knows.
