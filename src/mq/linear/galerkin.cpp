@@ -22,14 +22,13 @@ namespace mq {
 
 namespace {
 
-/// The row at hand.
-struct Scratch {
-  std::vector<int> place;  ///< per coarse column its position in the row, −1: none
+/// A sum of sparse rows.
+struct SparseSum {
+  std::vector<int> place;  ///< per column its position among those of the sum, −1: none
   std::vector<int> columns;
   std::vector<double> values;
-  std::vector<std::uint64_t> order;
-  std::vector<WeightedIndex> children;
 
+  void make_room(int size) { place.resize(std::size_t(size), -1); }
   void add(int column, double value) {
     int& at = place[column];
     if (at < 0) {
@@ -41,10 +40,17 @@ struct Scratch {
     }
   }
   void clear() {
+    for (const int column : columns) place[column] = -1;
     columns.clear();
     values.clear();
-    children.clear();
   }
+};
+
+struct Scratch {
+  SparseSum row;   ///< the one at hand
+  SparseSum fine;  ///< Σ_i P_iI A_ij by j, where the children of a row have many neighbours in common
+  std::vector<std::uint64_t> order;
+  std::vector<WeightedIndex> children;
 };
 
 /// Consecutive rows of the product.
@@ -54,45 +60,54 @@ struct Block {
   std::vector<double> values;
 };
 
-/// Σ_i P_iI Σ_j A_ij P_jJ over the children i; add_parents(j, value) adds value times row j of P.
-template <class AddParents>
-void gather_row(const SparseMatrix& A, std::span<const WeightedIndex> children, Scratch& s,
-                const AddParents& add_parents) {
+/// Σ_i P_iI A_ij over the children i: add(j, value).
+template <class Add>
+void for_each_neighbour(const SparseMatrix& A, std::span<const WeightedIndex> children, const Add& add) {
   const int *const starts = A.outerIndexPtr(), *const columns = A.innerIndexPtr();
   const double* const values = A.valuePtr();
   for (const WeightedIndex& child : children)
     for (int e = starts[child.index]; e < starts[child.index + 1]; ++e)
-      add_parents(columns[e], double(child.weight) * values[e]);
-  for (const int column : s.columns) s.place[column] = -1;
+      add(columns[e], double(child.weight) * values[e]);
 }
 
-void add_parents(const LevelTransfer& P, int fine, double value, Scratch& s) {
+/// Adds value times row `fine` of P.
+void add_parents(const LevelTransfer& P, int fine, double value, SparseSum& row) {
   std::array<WeightedIndex, 4> parents;
   const int count = P.parents(fine, parents);
-  for (int p = 0; p < count; ++p) s.add(parents[p].index, value * double(parents[p].weight));
+  for (int p = 0; p < count; ++p) row.add(parents[p].index, value * double(parents[p].weight));
 }
 
-void add_parents(const GridTransfer& P, int fine, double value, Scratch& s) {
+void add_parents(const GridTransfer& P, int fine, double value, SparseSum& row) {
   const GridParents& at = P.grid_parents(fine);
-  if (at.moved) return add_parents(static_cast<const LevelTransfer&>(P), fine, value, s);
+  if (at.moved) return add_parents(static_cast<const LevelTransfer&>(P), fine, value, row);
   const double share = value * (at.between_columns ? 0.5 : 1) * (at.between_rows ? 0.5 : 1);
-  s.add(int(at.upper), share);
-  if (at.between_columns) s.add(int(at.upper) + 1, share);
+  row.add(int(at.upper), share);
+  if (at.between_columns) row.add(int(at.upper) + 1, share);
   if (!at.between_rows) return;
-  s.add(at.lower, share);
-  if (at.between_columns) s.add(at.lower + 1, share);
+  row.add(at.lower, share);
+  if (at.between_columns) row.add(at.lower + 1, share);
 }
 
 void gather_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s) {
-  s.clear();
-  if (const SparseTransfer* const sparse = P.sparse())
-    return gather_row(A, sparse->column(row), s, [&](int fine, double value) {
-      for (const WeightedIndex& parent : sparse->row(fine)) s.add(parent.index, value * double(parent.weight));
-    });
+  s.row.clear();
+  if (const SparseTransfer* const sparse = P.sparse()) {
+    s.fine.make_room(P.fine_rows());
+    s.fine.clear();
+    for_each_neighbour(A, sparse->column(row), [&](int fine, double value) { s.fine.add(fine, value); });
+    for (std::size_t k = 0; k < s.fine.columns.size(); ++k)
+      for (const WeightedIndex& parent : sparse->row(s.fine.columns[k]))
+        s.row.add(parent.index, s.fine.values[k] * double(parent.weight));
+    return;
+  }
+  s.children.clear();
   P.children(row, s.children);
-  if (const GridTransfer* const grid = P.grid())
-    return gather_row(A, s.children, s, [&](int fine, double value) { add_parents(*grid, fine, value, s); });
-  gather_row(A, s.children, s, [&](int fine, double value) { add_parents(P, fine, value, s); });
+  const GridTransfer* const grid = P.grid();
+  for_each_neighbour(A, s.children, [&](int fine, double value) {
+    if (grid)
+      add_parents(*grid, fine, value, s.row);
+    else
+      add_parents(P, fine, value, s.row);
+  });
 }
 
 /// Wᵃ for a = −1, 0, 1, see above.
@@ -179,13 +194,14 @@ void append_stencil(const GridAround& around, const std::array<double, 9>& value
 
 void append_row(Scratch& s, Block& block) {
   s.order.clear();
-  for (std::size_t i = 0; i < s.columns.size(); ++i) s.order.push_back(std::uint64_t(s.columns[i]) << 32 | i);
+  for (std::size_t i = 0; i < s.row.columns.size(); ++i)
+    s.order.push_back(std::uint64_t(s.row.columns[i]) << 32 | i);
   std::ranges::sort(s.order);
   for (const std::uint64_t entry : s.order) {
     block.columns.push_back(int(entry >> 32));
-    block.values.push_back(s.values[std::uint32_t(entry)]);
+    block.values.push_back(s.row.values[std::uint32_t(entry)]);
   }
-  block.counts.push_back(int(s.columns.size()));
+  block.counts.push_back(int(s.row.columns.size()));
 }
 
 }  // namespace
@@ -199,7 +215,7 @@ SparseMatrix galerkin(const SparseMatrix& A, const LevelTransfer& P, const Progr
   parallel_blocks(rows, block_rows, [&](std::int64_t begin, std::int64_t end) {
     progress.check();
     Scratch& s = scratch.local();
-    s.place.resize(rows, -1);
+    s.row.make_room(rows);
     Block& block = blocks[begin / block_rows];
     const std::size_t usual = std::size_t(end - begin) * 9;  // a stencil; growing would double it
     block.columns.reserve(usual);

@@ -308,7 +308,8 @@ OverwrittenVector<double> TexelSpace::Data::block_products(const Group& group, c
         sums[i] += sum;
       }
       const double factor = of_block(int(b));
-      for (int k = 0; k < block.count; ++k) Row::Map(products.data() + std::int64_t(block.first + k) * channels) = factor * sums[k];
+      double* of_texel = products.data() + std::int64_t(block.first) * channels;
+      for (int k = 0; k < block.count; ++k, of_texel += channels) Row::Map(of_texel) = factor * sums[k];
     }
   });
   return products;
