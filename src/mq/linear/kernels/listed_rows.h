@@ -16,17 +16,10 @@ inline int row_at(const ListedRows& A, int position) {
 template <int lanes>
 inline Floats<lanes> residual_at(const ListedRows& A, int position, const float* b, const float* x) {
   const std::int64_t k = row_at(A, position);
-  const auto at = [&](std::int64_t e) { return load<lanes>(x + std::int64_t(A.columns[e]) * lanes); };
   Floats<lanes> sum = load<lanes>(b + k * lanes) - A.diagonal[k] * load<lanes>(x + k * lanes);
-  Floats<lanes> other{};  // in turns, so that neither waits for itself
-  std::int64_t e = A.start[position];
-  const std::int64_t end = A.start[position + 1];
-  for (; e + 1 < end; e += 2) {
-    sum -= A.values[e] * at(e);
-    other -= A.values[e + 1] * at(e + 1);
-  }
-  if (e < end) sum -= A.values[e] * at(e);
-  return sum + other;
+  for (std::int64_t e = A.start[position]; e < A.start[position + 1]; ++e)
+    sum -= A.values[e] * load<lanes>(x + std::int64_t(A.columns[e]) * lanes);
+  return sum;
 }
 
 }  // namespace mq::MARQUETRY_FORM

@@ -51,56 +51,17 @@ inline void add_inverse_times(const ListedRows& A, const int* members, int n, co
   }
 }
 
-inline void fetch(const void* from) { __builtin_prefetch(from); }
-
-/// Asks for the entries of a patch's rows, which lie here and there in memory: the processor would wait for each.
-inline void fetch_entries(const ListedRows& A, const PatchList& patches, int patch) {
-  constexpr int line = 16;  // entries in a line of the cache
-  for (int i = patches.starts[patch]; i < patches.starts[patch + 1]; ++i) {
-    const int position = patches.members[i];
-    const std::int64_t end = A.start[position + 1];
-    for (std::int64_t e = A.start[position]; e < end; e += line) {
-      fetch(A.columns + e);
-      fetch(A.values + e);
-    }
-    fetch(A.columns + end - 1);
-    fetch(A.values + end - 1);
-  }
-}
-
-template <int lanes>
-inline void fetch_values(const ListedRows& A, const PatchList& patches, int patch, const float* b, const float* x) {
-  for (int i = patches.starts[patch]; i < patches.starts[patch + 1]; ++i) {
-    const std::int64_t k = row_at(A, patches.members[i]);
-    fetch(x + k * lanes);
-    fetch(b + k * lanes);
-    fetch(A.diagonal + k);
-  }
-}
-
-template <int lanes>
-inline void relax_patch(const ListedRows& A, const PatchList& patches, int patch, const float* b, float* x) {
-  float r[PatchList::max_members * lanes];
-  const int begin = patches.starts[patch], n = patches.starts[patch + 1] - begin;
-  const int* members = patches.members + begin;
-  for (int i = 0; i < n; ++i)
-    store<lanes>(r + i * lanes, residual_at<lanes>(A, members[i], b, x));
-  add_inverse_times<lanes>(A, members, n, patches.values + patches.inverses[patch], r, x);
-}
-
 template <int lanes>
 inline void relax_patches_of(const ListedRows& A, const PatchList& patches, const PatchItems& items,
                              const float* b, float* x) {
-  const std::int64_t count = items.some.end - items.some.begin;
-  const auto patch = [&](std::int64_t n) {
-    const std::int64_t i = items.backward ? items.some.end - 1 - n : items.some.begin + n;
-    return items.some.positions ? items.some.positions[i] : int(i);
-  };
-  for (std::int64_t n = 0; n < count; ++n) {
-    if (n + 2 < count) fetch_entries(A, patches, patch(n + 2));
-    if (n + 1 < count) fetch_values<lanes>(A, patches, patch(n + 1), b, x);
-    relax_patch<lanes>(A, patches, patch(n), b, x);
-  }
+  for_each(items, [&](int patch) {
+    float r[PatchList::max_members * lanes];
+    const int begin = patches.starts[patch], n = patches.starts[patch + 1] - begin;
+    const int* members = patches.members + begin;
+    for (int i = 0; i < n; ++i)
+      store<lanes>(r + i * lanes, residual_at<lanes>(A, members[i], b, x));
+    add_inverse_times<lanes>(A, members, n, patches.values + patches.inverses[patch], r, x);
+  });
 }
 
 void relax_rows(int lanes, const ListedRows& A, const PatchList& patches, const PatchItems& items,
