@@ -193,8 +193,4 @@ void Seams::add_value(int seam, double s0, std::vector<SeamTerm>& value) const {
   add_end(seam, s0, 1, value);
 }
 
-void Seams::subtract_side(HalfEdge h, double s0, std::vector<SeamTerm>& value) const {
-  value.push_back(side(h, s0, -1));
-}
-
 }  // namespace mq

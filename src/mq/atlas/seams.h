@@ -55,11 +55,9 @@ class Seams {
   /// Adds the terms of the value σ near parameter s₀ of a seam: the mean of both sides, blended
   /// near either end into the mean over all places of that vertex where more than two meet. Weights
   /// sum to 1; exact for functions that are linear on a flat surface; Lipschitz in s. The same from
-  /// both sides. The terms hold between the breaks around s₀.
+  /// both sides. The terms hold between the breaks around s₀; the first two are those of the sides, in the order of
+  /// `half_edges`.
   void add_value(int seam, double s0, std::vector<SeamTerm>& value) const;
-
-  /// Adds minus the bilinear value on the side of half-edge h.
-  void subtract_side(HalfEdge h, double s0, std::vector<SeamTerm>& value) const;
 
  private:
   std::span<const TexturePlace> copies(int corner) const;

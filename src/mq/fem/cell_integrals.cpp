@@ -5,51 +5,28 @@
 
 #include "mq/fem/texel_cells.h"
 
-#include <Eigen/Core>
-#include <cmath>
-
 #include "mq/fem/detail/quadrature.h"
+#include "mq/fem/kernels/seam_kernels.h"
 
 namespace mq {
 namespace {
 
-using Lanes = Eigen::Array<double, 8, 1>;
-
-/// The six points of the rule in lanes, weight 0 in the last two.
-struct RuleLanes {
-  Lanes l1 = Lanes::Zero(), l2 = Lanes::Zero(), weight = Lanes::Zero();
-  RuleLanes() {
-    for (int q = 0; q < 6; ++q) {
-      l1[q] = triangle_rule_4()[q].l1;
-      l2[q] = triangle_rule_4()[q].l2;
-      weight[q] = triangle_rule_4()[q].weight;
-    }
+RuleLanes rule_in_lanes() {
+  RuleLanes rule;
+  for (int q = 0; q < 6; ++q) {
+    rule.l1[q] = triangle_rule_4()[q].l1;
+    rule.l2[q] = triangle_rule_4()[q].l2;
+    rule.weight[q] = triangle_rule_4()[q].weight;
   }
-};
+  return rule;
+}
 
 }  // namespace
 
 std::array<double, 9> bernstein_moments(std::span<const std::array<double, 2>> polygon) {
-  static const RuleLanes rule;
-  std::array<Lanes, 9> sums;
-  sums.fill(Lanes::Zero());
-  const auto& o = polygon[0];
-  for (std::size_t k = 2; k < polygon.size(); ++k) {
-    const double ux = polygon[k - 1][0] - o[0], uy = polygon[k - 1][1] - o[1];
-    const double vx = polygon[k][0] - o[0], vy = polygon[k][1] - o[1];
-    const double area = std::abs(ux * vy - uy * vx) / 2;
-    const Lanes x = o[0] + rule.l1 * ux + rule.l2 * vx, y = o[1] + rule.l1 * uy + rule.l2 * vy;
-    const Lanes x0 = 1 - x, y0 = 1 - y, weight = rule.weight * area;
-    const Lanes bx[3] = {x0 * x0, x0 * x, x * x};
-    const Lanes by[3] = {y0 * y0 * weight, y0 * y * weight, y * y * weight};
-    for (int q = 0; q < 3; ++q)
-      for (int p = 0; p < 3; ++p) sums[p + 3 * q] += bx[p] * by[q];
-  }
+  static const RuleLanes rule = rule_in_lanes();
   std::array<double, 9> moments;
-  for (int k = 0; k < 9; ++k) {
-    moments[k] = 0;
-    for (int lane = 0; lane < 6; ++lane) moments[k] += sums[k][lane];
-  }
+  seam_kernels().moments(rule, polygon.front().data(), int(polygon.size()), moments.data());
   return moments;
 }
 

@@ -1,6 +1,7 @@
 // Which rows are stencils, in which order they are relaxed, and which are too hard for that.
 
 #include <algorithm>
+#include <limits>
 #include <tuple>
 
 #include "mq/base/parallel.h"
@@ -21,16 +22,22 @@ bool is_at(const Texels& texels, int k, const Place& from, int chart, int dx, in
          (texels.chart[k] == chart || dx != 0 || dy != 0);
 }
 
+/// What row k − 1 is.
+enum class Before { stencil, other };
+
 /// Whether row k couples to its 3 × 3 neighbours and nothing else.
-bool is_stencil(const SparseMatrix& A, const Texels& texels, int k) {
+bool is_stencil(const SparseMatrix& A, const Texels& texels, int k, Before before) {
   const int begin = A.outerIndexPtr()[k];
   if (A.outerIndexPtr()[k + 1] - begin != 9) return false;
   const int* column = A.innerIndexPtr() + begin;
-  const Place& place = texels.places[k];
-  for (int i = 0; i < 9; ++i)
-    if (!is_at(texels, column[i], place, texels.chart[k], i % 3 - 1, i / 3 - 1)) return false;
   for (int i = 0; i < 9; i += 3)
     if (column[i + 1] != column[i] + 1 || column[i + 2] != column[i] + 2) return false;
+  // Beside a stencil whose columns are the ones before, the places of six are known.
+  const bool known = before == Before::stencil && column[4] == k && column[0] == column[-9] + 1 &&
+                     column[3] == column[-6] + 1 && column[6] == column[-3] + 1;
+  const Place& place = texels.places[k];
+  for (int i = known ? 2 : 0; i < 9; i += known ? 3 : 1)
+    if (!is_at(texels, column[i], place, texels.chart[k], i % 3 - 1, i / 3 - 1)) return false;
   return true;
 }
 
@@ -41,39 +48,76 @@ constexpr int rows_per_hard = 50;
 
 /// How hard a row is for relaxation, both from 1 on where it is.
 struct Hardness {
-  float anisotropy = 0;  ///< of a stencil
-  float stiffness = 0;  ///< beside the softest stencil it couples to, as in a triangle of nearly no
-                        ///< area, whose texels can only move as one
+  int row;
+  float anisotropy;  ///< of a stencil
+  float stiffness;   ///< beside the softest stencil it couples to, as in a triangle of nearly no
+                     ///< area, whose texels can only move as one
 
   float worse() const { return std::max(anisotropy, stiffness); }
 };
 
-std::vector<Hardness> find_hardness(const SparseMatrix& A, const std::vector<char>& stencil) {
-  const int n = int(stencil.size());
-  std::vector<double> diagonal(n);
-  parallel_for(n, [&](std::int64_t k) {
-    diagonal[k] = stencil[k] ? A.valuePtr()[A.outerIndexPtr()[k] + 4] : A.coeff(k, k);
-  });
-  std::vector<Hardness> hardness(n);
-  parallel_for(n, [&](std::int64_t k) {
-    double softest = diagonal[k];
-    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry)
-      if (stencil[entry.col()]) softest = std::min(softest, diagonal[entry.col()]);
-    hardness[k].stiffness = float(diagonal[k] / (least_stiffness * softest));
-    if (!stencil[k]) return;
-    Stencil row;
-    std::copy_n(A.valuePtr() + A.outerIndexPtr()[k], 9, row.begin());
-    hardness[k].anisotropy = float(stencil_anisotropy(row) / least_anisotropy);
-  });
-  return hardness;
+/// Diagonal values of stencil rows; infinity in the others.
+std::vector<double> stencil_diagonal(const SparseMatrix& A, const StencilLayout& layout) {
+  std::vector<double> diagonal(std::size_t(layout.rows), std::numeric_limits<double>::infinity());
+  parallel_for(std::ssize(layout.runs), [&](std::int64_t r) {
+    const StencilRun& run = layout.runs[r];
+    const double* const centres = A.valuePtr() + A.outerIndexPtr()[run.first] + 4;
+    for (int i = 0; i < run.count; ++i) diagonal[run.first + i] = centres[9 * i];
+  }, 64);
+  return diagonal;
 }
 
-/// Above which hardness rows are clustered: 1, or more so that they are not too many.
-float limit_of(const std::vector<Hardness>& hardness) {
+/// Of the rows of a run those that are hard.
+void add_hard_rows(const SparseMatrix& A, const StencilRun& run, const std::vector<double>& diagonal,
+                   std::vector<Hardness>& hard) {
+  const double *const up = diagonal.data() + run.up, *const here = diagonal.data() + run.first,
+               *const down = diagonal.data() + run.down;
+  const double* row = A.valuePtr() + A.outerIndexPtr()[run.first];
+  const auto column = [&](int i) { return std::min({up[i], here[i], down[i]}); };
+  double left = column(-1), middle = column(0);
+  for (int i = 0; i < run.count; ++i, row += 9) {
+    const double right = column(i + 1), softest = std::min({left, middle, right});
+    left = middle, middle = right;
+    Stencil stencil;
+    std::copy_n(row, 9, stencil.begin());
+    const Hardness found{run.first + i, float(stencil_anisotropy(stencil) / least_anisotropy),
+                         float(here[i] / (least_stiffness * softest))};
+    if (found.worse() > 1) hard.push_back(found);
+  }
+}
+
+/// The rows that are hard, stencils or not, in an order that does not depend on the number of threads.
+std::vector<Hardness> find_hardness(const SparseMatrix& A, const StencilLayout& layout) {
+  constexpr int block = 64;
+  const std::vector<double> diagonal = stencil_diagonal(A, layout);
+  const std::size_t blocks = layout.runs.size() / block + 1;
+  std::vector<std::vector<Hardness>> found(blocks + layout.irregular.size() / block + 1);
+  parallel_blocks(std::ssize(layout.runs), block, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t r = begin; r < end; ++r)
+      add_hard_rows(A, layout.runs[r], diagonal, found[std::size_t(begin / block)]);
+  });
+  parallel_blocks(std::ssize(layout.irregular), block, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t p = begin; p < end; ++p) {
+      const int k = layout.irregular[p];
+      double own = 0, softest = std::numeric_limits<double>::infinity();
+      for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
+        if (entry.col() == k) own = entry.value();
+        softest = std::min(softest, diagonal[entry.col()]);
+      }
+      const Hardness here{k, 0, float(own / (least_stiffness * std::min(softest, own)))};
+      if (here.worse() > 1) found[blocks + std::size_t(begin / block)].push_back(here);
+    }
+  });
+  std::vector<Hardness> hard;
+  for (const auto& some : found) hard.insert(hard.end(), some.begin(), some.end());
+  return hard;
+}
+
+/// Above which hardness rows are clustered: 1, or more so that of `rows` they are not too many.
+float limit_of(const std::vector<Hardness>& hardness, int rows) {
   std::vector<float> hard;
-  for (const Hardness& h : hardness)
-    if (h.worse() > 1) hard.push_back(h.worse());
-  const std::size_t most = hardness.size() / rows_per_hard;
+  for (const Hardness& h : hardness) hard.push_back(h.worse());
+  const std::size_t most = std::size_t(rows) / rows_per_hard;
   if (hard.size() <= most) return 1;
   const auto limit = hard.end() - std::ptrdiff_t(most) - 1;
   std::nth_element(hard.begin(), limit, hard.end());
@@ -90,19 +134,19 @@ void mark_around(const SparseMatrix& A, int k, int rings, std::vector<char>& mar
 
 /// The rows that `make_robust_layout` clusters.
 std::vector<int> find_clustered(const SparseMatrix& A, const StencilLayout& layout) {
+  const std::vector<Hardness> hardness = find_hardness(A, layout);
+  if (hardness.empty()) return {};
   const int n = layout.rows;
-  std::vector<char> stencil(n, 1);
-  for (const int k : layout.irregular) stencil[k] = 0;
-  const std::vector<Hardness> hardness = find_hardness(A, stencil);
-  const float limit = limit_of(hardness);
+  const float limit = limit_of(hardness, n);
   std::vector<char> marked(n, 0);
-  for (int k = 0; k < n; ++k) {
-    if (hardness[k].worse() > limit) marked[k] = 1;
-    if (hardness[k].stiffness > limit) mark_around(A, k, rings_around_stiff, marked);
+  for (const Hardness& h : hardness) {
+    if (h.worse() > limit) marked[h.row] = 1;
+    if (h.stiffness > limit) mark_around(A, h.row, rings_around_stiff, marked);
   }
+  for (const int k : layout.irregular) marked[k] = 0;
   std::vector<int> clustered;
   for (int k = 0; k < n; ++k)
-    if (marked[k] && stencil[k]) clustered.push_back(k);
+    if (marked[k]) clustered.push_back(k);
   return clustered;
 }
 
@@ -115,7 +159,7 @@ void find_runs(const SparseMatrix& A, const Texels& texels, int begin, int end,
     run = {};
   };
   for (int k = begin; k < end; ++k) {
-    if (!is_stencil(A, texels, k)) {
+    if (!is_stencil(A, texels, k, run.count > 0 ? Before::stencil : Before::other)) {
       finish();
       irregular.push_back(k);
       continue;

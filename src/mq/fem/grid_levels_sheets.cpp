@@ -1,6 +1,7 @@
 // Parts of a chart that are neighbours in its texture and not on the surface.
 
 #include <algorithm>
+#include <cmath>
 
 #include "mq/base/parallel.h"
 #include "mq/fem/detail/node_position.h"
@@ -23,9 +24,9 @@ std::vector<float> widths(const SparseMatrix& A, const Texels& texels,
         for (int i = 0; i < run.count; ++i) {
           const int k = run.first + i;
           const auto nearer = [&](int a, int b) {
-            return std::min(texels.distance(k, a), texels.distance(k, b));
+            return std::min(texels.squared_distance(k, a), texels.squared_distance(k, b));
           };
-          width[k] = float(std::max(nearer(k - 1, k + 1), nearer(run.up + i, run.down + i)));
+          width[k] = float(std::sqrt(std::max(nearer(k - 1, k + 1), nearer(run.up + i, run.down + i))));
         }
       },
       64);

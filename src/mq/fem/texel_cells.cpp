@@ -3,7 +3,6 @@
 
 #include "mq/fem/texel_cells.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -11,37 +10,6 @@
 #include "mq/base/parallel.h"
 
 namespace mq {
-
-// ------------------------------------------------------------------------------------ seam blocks
-
-void add_seam_block(const BasisSamples& samples, const std::vector<TexelMetric>& metrics, int cell,
-                    SeamBlocks& blocks) {
-  using Matrix = BasisSamples::Matrix;
-  const int count = int(samples.texels.size()), points = int(samples.weights.size());
-  thread_local Matrix values, slopes, mass, stiffness;
-  // Rows scaled so that mass = valuesᵀ · values and stiffness = slopesᵀ · slopes: sums of squares.
-  values.resize(points, count);
-  slopes.resize(2 * points, count);
-  for (int q = 0; q < points; ++q) {
-    const TexelMetric& metric = metrics[samples.triangles[q]];
-    const double weight = std::sqrt(samples.weights[q]), root = std::sqrt(metric.a);
-    // a gx² + 2 b gx gy + c gy² as a sum of squares; a c − b² = 1.
-    values.row(q) = weight * std::sqrt(metric.density) * samples.values.row(q);
-    slopes.row(2 * q) =
-        weight * root * samples.dx.row(q) + weight * metric.b / root * samples.dy.row(q);
-    slopes.row(2 * q + 1) = weight / root * samples.dy.row(q);
-  }
-  mass.noalias() = values.transpose() * values;
-  stiffness.noalias() = slopes.transpose() * slopes;
-  blocks.blocks.push_back(
-      {cell, int(blocks.texels.size()), count, std::int64_t(blocks.mass.size())});
-  blocks.texels.insert(blocks.texels.end(), samples.texels.begin(), samples.texels.end());
-  for (int i = 0; i < count; ++i)
-    for (int j = i; j < count; ++j) {
-      blocks.mass.push_back(mass(i, j));
-      blocks.stiffness.push_back(stiffness(i, j));
-    }
-}
 
 // ------------------------------------------------------------------------------------------ bands
 
@@ -311,7 +279,7 @@ class BandIntegrator {
     std::stable_sort(pending_.begin(), pending_.end(),
                      [&](const auto& p, const auto& q) { return key(p) < key(q); });
     SeamCell cell(atlas_, *seams_, grid_);
-    BasisSamples samples;
+    SeamCell::Matrices matrices;
     std::vector<SeamCell::Polygon> bilinear;
     for (std::size_t begin = 0, end; begin < pending_.size(); begin = end) {
       const Piece& first = pending_[begin].piece;
@@ -330,11 +298,21 @@ class BandIntegrator {
                         band_.cut[cells_.kind[number] - triangles_]);
       }
       constexpr std::size_t most_texels = 64;  // of a block, which holds all pairs of them
-      for (std::size_t point = 0; point < cell.point_count();) {
-        point = cell.evaluate(samples, point, most_texels);
-        add_seam_block(samples, metrics_, number, band_.blocks);
+      for (std::size_t point = 0; point < cell.point_count(); point = matrices.end) {
+        cell.integrate(metrics_, point, most_texels, matrices);
+        add_seam_block(number, matrices);
       }
     }
+  }
+
+  void add_seam_block(int number, const SeamCell::Matrices& matrices) {
+    SeamBlocks& blocks = band_.blocks;
+    const auto append = [](const auto& from, auto& to) { to.insert(to.end(), from.begin(), from.end()); };
+    blocks.blocks.push_back({number, int(blocks.texels.size()), int(matrices.texels.size()),
+                             std::int64_t(blocks.mass.size())});
+    append(matrices.texels, blocks.texels);
+    append(matrices.mass, blocks.mass);
+    append(matrices.stiffness, blocks.stiffness);
   }
 
   const Surface& surface_;
@@ -391,15 +369,20 @@ void join_bands(std::vector<Band>& bands, int triangles, const TexelGrid& grid, 
       std::ssize(bands),
       [&](std::int64_t b) {
         Band& band = bands[b];
-        std::copy(band.cut.begin(), band.cut.end(), cells.cut.begin() + offsets[b]);
-        std::copy(band.info.begin(), band.info.end(), cells.info.begin() + offsets[b]);
-        band.cut = {};
-        band.info = {};
         put(band.blocks, places[b], cells.seams);
+        // In the order of cells, in which they are read.
         const int width = grid.texture(band.texture).width + 1;
         const int first = grid.first_cell(band.texture);
-        for (int c = first + band.first_row * width; c < first + band.end_row * width; ++c)
-          if (cells.kind[c] >= triangles) cells.kind[c] += int(offsets[b]);
+        std::size_t next = offsets[b];
+        for (int c = first + band.first_row * width; c < first + band.end_row * width; ++c) {
+          int& kind = cells.kind[c];
+          if (kind < triangles) continue;
+          cells.cut[next] = band.cut[kind - triangles];
+          cells.info[next] = band.info[kind - triangles];
+          kind = triangles + int(next++);
+        }
+        band.cut = {};
+        band.info = {};
       },
       1);
 }

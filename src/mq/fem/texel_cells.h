@@ -97,8 +97,4 @@ TexelCells integrate_cells(const Surface& surface, const Atlas& atlas,
 /// larger, and where copies of a part share the texture, the one whose chart's turn is earlier.
 bool tells_more(const Atlas& atlas, float area, int triangle, float other_area, int other_triangle);
 
-/// Mass and stiffness summed over the points of `samples`, upper triangles by rows, appended.
-void add_seam_block(const BasisSamples& samples, const std::vector<TexelMetric>& metrics, int cell,
-                    SeamBlocks& blocks);
-
 }  // namespace mq

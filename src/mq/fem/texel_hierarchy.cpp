@@ -27,7 +27,8 @@ std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
     for (int i = 0; i < run.count; ++i) {
       const int k = run.first + i;
       result[k] = float(
-          0.5 * std::min(grid.distance(k - 1, k + 1), grid.distance(run.up + i, run.down + i)));
+          0.5 * std::sqrt(std::min(grid.squared_distance(k - 1, k + 1),
+                                   grid.squared_distance(run.up + i, run.down + i))));
       for (const int c : {grid.chart[k], charts}) {
         sum[c] += result[k];
         count[c] += 1;

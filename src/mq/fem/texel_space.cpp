@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <type_traits>
 
 #include "mq/atlas/overlap_depth.h"
 #include "mq/base/error.h"
@@ -17,27 +18,23 @@ namespace mq {
 
 namespace {
 
-struct Term {
-  int column;
-  double value;
-};
-
 /// The terms of one row after another, those of one column added up: found by a small hash table.
 /// For one thread.
 class RowTerms {
  public:
   void start() {
     terms_.clear();
-    std::ranges::fill(slots_, -1);
+    if (++row_ == 0) clear(slots_.size());
   }
 
   void add(int column, double value) {
-    int& slot = slots_[slot_of(column)];
-    if (slot >= 0) {
-      terms_[slot].value += value;
+    const std::uint64_t key = key_of(column);
+    Slot& slot = slots_[slot_of(key)];
+    if (slot.key == key) {
+      terms_[slot.term].value += value;
       return;
     }
-    slot = int(terms_.size());
+    slot = {key, int(terms_.size())};
     terms_.push_back({column, value});
     if (2 * terms_.size() > slots_.size()) grow();
   }
@@ -45,27 +42,42 @@ class RowTerms {
   int count() const { return int(terms_.size()); }
 
   /// Their columns increasing. The row takes no further terms.
-  const std::vector<Term>& sorted() {
+  const std::vector<RowTerm>& sorted() {
     std::sort(terms_.begin(), terms_.end(),
-              [](const Term& p, const Term& q) { return p.column < q.column; });
+              [](const RowTerm& p, const RowTerm& q) { return p.column < q.column; });
     return terms_;
   }
 
  private:
-  std::size_t slot_of(int column) const {
+  struct Slot {
+    std::uint64_t key = 0;  ///< which row and column; of another row, that it is empty
+    int term = 0;
+  };
+
+  std::uint64_t key_of(int column) const { return std::uint64_t(row_) << 32 | std::uint32_t(column); }
+  /// The slot that has the key, or the empty one that is to have it.
+  std::size_t slot_of(std::uint64_t key) const {
     constexpr std::uint32_t golden_ratio = 2654435769U;  // times 2^32
     const std::size_t mask = slots_.size() - 1;
-    std::size_t at = (std::uint32_t(column) * golden_ratio >> 12) & mask;
-    while (slots_[at] >= 0 && terms_[slots_[at]].column != column) at = (at + 1) & mask;
+    std::size_t at = (std::uint32_t(key) * golden_ratio >> 12) & mask;
+    while (slots_[at].key != key && slots_[at].key >> 32 == row_) at = (at + 1) & mask;
     return at;
   }
+  void clear(std::size_t size) {
+    slots_.assign(size, {});
+    row_ = 1;
+  }
   void grow() {
-    slots_.assign(2 * slots_.size(), -1);
-    for (std::size_t k = 0; k < terms_.size(); ++k) slots_[slot_of(terms_[k].column)] = int(k);
+    clear(2 * slots_.size());
+    for (std::size_t k = 0; k < terms_.size(); ++k) {
+      const std::uint64_t key = key_of(terms_[k].column);
+      slots_[slot_of(key)] = {key, int(k)};
+    }
   }
 
-  std::vector<int> slots_ = std::vector<int>(128, -1);  ///< a power of two; −1: empty
-  std::vector<Term> terms_;
+  std::uint32_t row_ = 0;  ///< a number of the row at hand
+  std::vector<Slot> slots_ = std::vector<Slot>(128);  ///< a power of two
+  std::vector<RowTerm> terms_;
 };
 
 RowTerms& row_terms() {
@@ -77,7 +89,7 @@ RowTerms& row_terms() {
 
 int TexelSpace::Data::row_size(int i) const {
   const Texels::Place& at = texels.places[i];
-  if (inner(at) && blocks_of(i).empty()) {
+  if (is_grid_row(i)) {
     const int width = grid.texture(at.texture).width + 1;
     const int* cell = cells.kind.data() + grid.cell(at.texture, at.x - 1, at.y - 1);
     const bool c00 = cell[0] >= 0, c10 = cell[1] >= 0, c01 = cell[width] >= 0,
@@ -86,68 +98,110 @@ int TexelSpace::Data::row_size(int i) const {
   }
   RowTerms& terms = row_terms();
   terms.start();
-  for_each_coupling(i, {}, [&](int j, double, double) { terms.add(j, 0); });
+  for_each_cell(at, [&](const Incidence& in) {
+    if (!active(in.cell)) return;
+    for (const int corner : in.corners) terms.add(unknown[corner], 0);
+  });
+  for (const Part& part : blocks_of(i)) {
+    const SeamBlocks::Block& block = cells.seams.blocks[part.block];
+    for (int k = 0; k < block.count; ++k) terms.add(cells.seams.texels[block.first + k], 0);
+  }
   return terms.count();
 }
 
-void TexelSpace::Data::fill_row(int i, double a, double b, std::span<const float> conductivity,
-                                int* columns, double* values) const {
-  const Texels::Place& at = texels.places[i];
-  if (!inner(at) || !blocks_of(i).empty()) {
-    RowTerms& terms = row_terms();
-    terms.start();
-    for_each_coupling(i, conductivity,
-                      [&](int j, double m, double s) { terms.add(j, a * m + b * s); });
-    for (const Term& term : terms.sorted()) *columns++ = term.column, *values++ = term.value;
-    return;
-  }
-  double sums[9] = {};
-  bool coupled[9] = {};
-  const TextureSize& size = grid.texture(at.texture);
-  const int first = grid.first_cell(at.texture) + at.y * (size.width + 1) + at.x;
-  for (int dy = 0; dy < 2; ++dy)
-    for (int dx = 0; dx < 2; ++dx) {
-      const int id = first + dy * (size.width + 1) + dx;
-      if (!active(id)) continue;
-      const CellIntegrals& cell = integrals(id);
-      const int corner = 3 - dx - 2 * dy, origin = dx + 3 * dy;
-      const double factor = conductivity.empty() ? b : b * conductivity[id];
-      double diagonal = 0;
-      for (int d = 0; d < 4; ++d) {
-        const int place = origin + (d & 1) + 3 * (d >> 1);
-        coupled[place] = true;
-        sums[place] += a * cell.mass[mass_at[corner][d]];
-        if (d == corner) continue;
-        const double s = factor * cell.stiffness[stiffness_at[corner][d]];
-        sums[place] += s;
-        diagonal -= s;
-      }
-      sums[4] += diagonal;
+namespace {
+
+/// Adds row `corner` of a cell's a·M + b·S to those of the 3 × 3 texels around that corner.
+template <int corner>
+inline void add_cell(const CellIntegrals& cell, double a, double b, double* sums) {
+  double diagonal = 0;
+  const auto add = [&]<int d>(std::integral_constant<int, d>) {
+    double& sum = sums[place_around(corner, d)];
+    sum += a * cell.mass[mass_at[corner][d]];
+    if constexpr (d != corner) {
+      const double s = b * cell.stiffness[stiffness_at[corner][d]];
+      sum += s;
+      diagonal -= s;
     }
-  const int* around =
-      unknown.data() + grid.first_texel(at.texture) + (at.y - 1) * size.width + at.x - 1;
-  for (int place = 0; place < 9; ++place)
-    if (coupled[place]) {
-      *columns++ = around[place / 3 * size.width + place % 3];
-      *values++ = sums[place];
-    }
+  };
+  add(std::integral_constant<int, 0>()), add(std::integral_constant<int, 1>());
+  add(std::integral_constant<int, 2>()), add(std::integral_constant<int, 3>());
+  sums[4] += diagonal;
 }
 
-void TexelSpace::Data::count_rows() {
-  const int n = texels.size();
-  std::vector<int> sizes(n);
-  parallel_for(
-      n, [&](std::int64_t i) { sizes[i] = row_size(int(i)); }, 4096);
-  row_offsets.assign(n + 1, 0);
+}  // namespace
+
+TexelSpace::Data::GridRow TexelSpace::Data::grid_row(const Texels::Place& at, double a, double b,
+                                                      std::span<const float> conductivity) const {
+  const int width = grid.texture(at.texture).width;
+  const int first = grid.first_cell(at.texture) + at.y * (width + 1) + at.x;
+  GridRow row;
+  const auto add = [&]<int corner>(std::integral_constant<int, corner>) {
+    const int id = first + 1 - (corner & 1) + (1 - (corner >> 1)) * (width + 1);
+    if (!active(id)) return;
+    for (int d = 0; d < 4; ++d) row.coupled[place_around(corner, d)] = true;
+    add_cell<corner>(integrals(id), a, conductivity.empty() ? b : b * conductivity[id], row.values.data());
+  };
+  add(std::integral_constant<int, 3>()), add(std::integral_constant<int, 2>());
+  add(std::integral_constant<int, 1>()), add(std::integral_constant<int, 0>());
+  return row;
+}
+
+const std::vector<RowTerm>& TexelSpace::Data::terms_of_row(int i, double a, double b,
+                                                           std::span<const float> conductivity) const {
+  RowTerms& terms = row_terms();
+  terms.start();
+  const auto add = [&](int j, double m, double s) { terms.add(j, a * m + b * s); };
+  if (const Texels::Place& at = texels.places[i]; inner(at)) {
+    const GridRow row = grid_row(at, a, b, conductivity);
+    const int* const around = unknowns_around(at);
+    const int width = grid.texture(at.texture).width;
+    for (int n = 0; n < 9; ++n)
+      if (row.coupled[n]) terms.add(around[n / 3 * width + n % 3], row.values[n]);
+    for_each_block_coupling(i, conductivity, add);
+  } else {
+    for_each_coupling(i, conductivity, add);
+  }
+  return terms.sorted();
+}
+
+void TexelSpace::Data::fill_grid_row(int i, double a, double b, std::span<const float> conductivity,
+                                     int* columns, double* values) const {
+  const Texels::Place& at = texels.places[i];
+  const GridRow row = grid_row(at, a, b, conductivity);
+  const int* const around = unknowns_around(at);
+  const int width = grid.texture(at.texture).width;
+  for (int y = 0; y < 3; ++y)
+    for (int x = 0; x < 3; ++x)
+      if (row.coupled[3 * y + x]) {
+        *columns++ = around[y * width + x];
+        *values++ = row.values[3 * y + x];
+      }
+}
+
+namespace {
+
+/// sizes[i] becomes where row i begins; there is one place more, for the end of the last row.
+void add_up(std::span<int> sizes) {
   std::int64_t sum = 0;
-  for (int i = 0; i < n; ++i) {
-    sum += sizes[i];
-    row_offsets[i + 1] = int(std::min<std::int64_t>(sum, INT32_MAX));
+  for (int& size : sizes) {
+    const std::int64_t here = sum;
+    sum += size;
+    size = int(std::min<std::int64_t>(here, INT32_MAX));
   }
   require(sum < INT32_MAX,
           fmt::format("the {} texels that the charts use make a system of more than 2^31 entries "
                       "(texels couple to 8 others): use smaller textures",
-                      n));
+                      sizes.size() - 1));
+}
+
+}  // namespace
+
+std::vector<int> TexelSpace::Data::row_starts() const {
+  std::vector<int> starts(std::size_t(texels.size()) + 1, 0);
+  parallel_for(texels.size(), [&](std::int64_t i) { starts[std::size_t(i)] = row_size(int(i)); }, 4096);
+  add_up(starts);
+  return starts;
 }
 
 TexelSpace::TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSpaceOptions& options,
@@ -172,7 +226,6 @@ TexelSpace::TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSp
           "no triangle has texture coordinates and area: there is nothing to work on");
   progress.at(0.75);
   data_->find_parts();
-  data_->count_rows();
   progress.at(0.85);
   data_->place_texels();
   data_->find_weak();
@@ -193,15 +246,39 @@ SurfaceScale TexelSpace::scale() const {
 
 SparseMatrix TexelSpace::Data::assemble(double a, double b, std::span<const float> conductivity,
                                         const Progress& progress) const {
-  const int n = texels.size();
+  // How long a row at a seam is, its terms tell: these are found before the others, and kept.
+  constexpr std::int64_t block_rows = 4096;
+  const std::int64_t n = texels.size();
   SparseMatrix matrix(n, n);
-  matrix.resizeNonZeros(row_offsets.back());
-  std::copy(row_offsets.begin(), row_offsets.end(), matrix.outerIndexPtr());
-  parallel_blocks(n, 4096, [&](std::int64_t begin, std::int64_t end) {
+  int* const starts = matrix.outerIndexPtr();
+  std::vector<std::vector<RowTerm>> at_seams(std::size_t((n + block_rows - 1) / block_rows));
+  parallel_blocks(n, block_rows, [&](std::int64_t begin, std::int64_t end) {
     progress.check();
+    std::vector<RowTerm>& found = at_seams[std::size_t(begin / block_rows)];
     for (std::int64_t i = begin; i < end; ++i) {
-      const int at = row_offsets[i];
-      fill_row(int(i), a, b, conductivity, matrix.innerIndexPtr() + at, matrix.valuePtr() + at);
+      if (is_grid_row(int(i))) {
+        starts[i] = row_size(int(i));
+        continue;
+      }
+      const std::vector<RowTerm>& terms = terms_of_row(int(i), a, b, conductivity);
+      found.insert(found.end(), terms.begin(), terms.end());
+      starts[i] = int(terms.size());
+    }
+  });
+  add_up({starts, std::size_t(n) + 1});
+  matrix.resizeNonZeros(starts[n]);
+  parallel_blocks(n, block_rows, [&](std::int64_t begin, std::int64_t end) {
+    progress.check();
+    std::vector<RowTerm> found = std::move(at_seams[std::size_t(begin / block_rows)]);
+    auto next = found.begin();
+    for (std::int64_t i = begin; i < end; ++i) {
+      int* columns = matrix.innerIndexPtr() + starts[i];
+      double* values = matrix.valuePtr() + starts[i];
+      if (is_grid_row(int(i)))
+        fill_grid_row(int(i), a, b, conductivity, columns, values);
+      else
+        for (const auto stop = next + (starts[i + 1] - starts[i]); next != stop; ++next)
+          *columns++ = next->column, *values++ = next->value;
     }
   });
   return matrix;
@@ -327,7 +404,7 @@ std::int64_t TexelSpace::bytes() const {
          size(d.cells.whole) + size(d.cells.seams.blocks) + size(d.cells.seams.texels) +
          size(d.cells.seams.mass) + size(d.cells.seams.stiffness) + size(d.cells.seams.means) + size(d.texels.places) +
          size(d.texels.positions) + size(d.texels.chart) + size(d.texels.interior) +
-         size(d.unknown) + size(d.block_offsets) + size(d.parts) + size(d.row_offsets);
+         size(d.unknown) + size(d.block_offsets) + size(d.parts);
 }
 
 }  // namespace mq

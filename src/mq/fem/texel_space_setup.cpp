@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "mq/atlas/texel_patches.h"
 #include "mq/base/error.h"
@@ -150,23 +151,34 @@ namespace {
 
 /// The surface's affine map of one triangle, continued to a place in its chart at most a texel or
 /// so away; where the triangle itself is smaller than a texel, to its nearest corner instead.
-Vector3 position_near(const Surface& surface, const Atlas& atlas, int triangle, double x,
-                      double y) {
-  const auto& p = atlas.corners[triangle];
-  const double x0 = p[0].column(), y0 = p[0].row();
-  const double ux = p[1].column() - x0, uy = p[1].row() - y0;
-  const double vx = p[2].column() - x0, vy = p[2].row() - y0;
-  const double det = ux * vy - uy * vx;
-  double l1 = ((x - x0) * vy - (y - y0) * vx) / det;
-  double l2 = (ux * (y - y0) - uy * (x - x0)) / det;
-  constexpr double reach = 2;
-  const double outside = std::max({-l1, -l2, l1 + l2 - 1});
-  if (!(outside < reach)) l1 = std::clamp(l1, 0.0, 1.0), l2 = std::clamp(l2, 0.0, 1.0 - l1);
-  const Mesh& mesh = surface.mesh;
-  return mesh.position(triangle, 0) +
-         l1 * (mesh.position(triangle, 1) - mesh.position(triangle, 0)) +
-         l2 * (mesh.position(triangle, 2) - mesh.position(triangle, 0));
-}
+class PlacedTriangle {
+ public:
+  PlacedTriangle(const Surface& surface, const Atlas& atlas, int triangle)
+      : triangle_(triangle), origin_(surface.mesh.position(triangle, 0)),
+        u_(surface.mesh.position(triangle, 1) - origin_), v_(surface.mesh.position(triangle, 2) - origin_) {
+    const auto& p = atlas.corners[triangle];
+    x0_ = p[0].column(), y0_ = p[0].row();
+    ux_ = p[1].column() - x0_, uy_ = p[1].row() - y0_;
+    vx_ = p[2].column() - x0_, vy_ = p[2].row() - y0_;
+    det_ = ux_ * vy_ - uy_ * vx_;
+  }
+
+  int triangle() const { return triangle_; }
+
+  Vector3 position_near(double x, double y) const {
+    double l1 = ((x - x0_) * vy_ - (y - y0_) * vx_) / det_;
+    double l2 = (ux_ * (y - y0_) - uy_ * (x - x0_)) / det_;
+    constexpr double reach = 2;
+    const double outside = std::max({-l1, -l2, l1 + l2 - 1});
+    if (!(outside < reach)) l1 = std::clamp(l1, 0.0, 1.0), l2 = std::clamp(l2, 0.0, 1.0 - l1);
+    return origin_ + l1 * u_ + l2 * v_;
+  }
+
+ private:
+  int triangle_;
+  Vector3 origin_, u_, v_;
+  double x0_, y0_, ux_, uy_, vx_, vy_, det_;
+};
 
 /// See `Texels::origin`: from ten lengths of the model on.
 Vector3 origin_for(const Surface& surface) {
@@ -184,41 +196,54 @@ void TexelSpace::Data::place_texels() {
   texels.chart.assign(n, -1);
   texels.interior.assign(n, 0);
   shared.assign(n, 0);
-  const auto turn = [&](int chart) { return atlas.charts[chart].turn; };
-  parallel_for(n, [&](std::int64_t i) {
-    const Texels::Place& at = texels.places[i];
-    int best = -1;
-    float area = -1;
-    bool whole = inner(at) && blocks_of(int(i)).empty();
-    for_each_cell(at, [&](const Incidence& c) {
-      const int kind = cells.kind[c.cell];
-      if (kind < 0) {
-        whole = false;
-        return;
+  parallel_blocks(n, 1024, [&](std::int64_t begin, std::int64_t end) {
+    std::optional<PlacedTriangle> placed;  // texels side by side are often of one triangle
+    for (std::int64_t i = begin; i < end; ++i) {
+      const int best = find_chart(int(i));
+      if (best < 0) continue;
+      if (!placed || placed->triangle() != best) placed.emplace(surface, atlas, best);
+      // The triangle's chart may lie whole textures away where the texture repeats.
+      const Texels::Place& at = texels.places[i];
+      const TextureSize& size = atlas.textures[at.texture];
+      double x = at.x, y = at.y;
+      if (size.wrap == Wrap::repeat) {
+        const TexelPoint& p = atlas.corners[best][0];
+        x += std::round((p.column() - x) / size.width) * size.width;
+        y += std::round((p.row() - y) / size.height) * size.height;
       }
-      const TexelCells::CutInfo info = cut_info(kind);
-      if (std::abs(info.coverage - 1) > 1e-5f) whole = false;
-      const int chart = info.triangle < 0 ? -1 : atlas.chart[info.triangle];
-      if (info.several || (texels.chart[i] >= 0 && chart >= 0 && chart != texels.chart[i]))
-        shared[i] = 1;
-      if (chart >= 0 && (texels.chart[i] < 0 || turn(chart) < turn(texels.chart[i])))
-        texels.chart[i] = chart;
-      if (tells_more(atlas, info.largest, info.triangle, area, best))
-        area = info.largest, best = info.triangle;
-    });
-    if (best < 0) return;
-    texels.interior[i] = whole && !shared[i];
-    // The triangle's chart may lie whole textures away where the texture repeats.
-    const TextureSize& size = atlas.textures[at.texture];
-    double x = at.x, y = at.y;
-    if (size.wrap == Wrap::repeat) {
-      const TexelPoint& p = atlas.corners[best][0];
-      x += std::round((p.column() - x) / size.width) * size.width;
-      y += std::round((p.row() - y) / size.height) * size.height;
+      const Vector3 place = placed->position_near(x, y) - texels.origin;
+      texels.positions[i] = {float(place.x()), float(place.y()), float(place.z())};
     }
-    const Vector3 place = position_near(surface, atlas, best, x, y) - texels.origin;
-    texels.positions[i] = {float(place.x()), float(place.y()), float(place.z())};
   });
+}
+
+/// Finds the chart of texel i, whether it is the interior of that and whether others share it. Returns the triangle
+/// that says best where it lies, −1: none.
+int TexelSpace::Data::find_chart(int i) {
+  const Texels::Place& at = texels.places[i];
+  const auto turn = [&](int chart) { return atlas.charts[chart].turn; };
+  int best = -1;
+  float area = -1;
+  bool whole = is_grid_row(i);
+  for_each_cell(at, [&](const Incidence& c) {
+    const int kind = cells.kind[c.cell];
+    if (kind < 0) {
+      whole = false;
+      return;
+    }
+    if (kind == best && area == 1) return;  // one triangle covers both, and says nothing more
+    const TexelCells::CutInfo info = cut_info(kind);
+    if (std::abs(info.coverage - 1) > 1e-5f) whole = false;
+    const int chart = info.triangle < 0 ? -1 : atlas.chart[info.triangle];
+    if (info.several || (texels.chart[i] >= 0 && chart >= 0 && chart != texels.chart[i]))
+      shared[i] = 1;
+    if (chart >= 0 && (texels.chart[i] < 0 || turn(chart) < turn(texels.chart[i])))
+      texels.chart[i] = chart;
+    if (tells_more(atlas, info.largest, info.triangle, area, best))
+      area = info.largest, best = info.triangle;
+  });
+  texels.interior[i] = best >= 0 && whole && !shared[i];
+  return best;
 }
 
 void TexelSpace::Data::find_parts() {
@@ -247,13 +272,28 @@ double TexelSpace::Data::texel_area(int i) const {
   return coverage > 0 ? area / coverage : atlas.surface_area / atlas.texel_area;
 }
 
+/// M_ii.
+double TexelSpace::Data::mass_at_texel(int i) const {
+  double mass = 0;
+  for_each_cell(texels.places[i], [&](const Incidence& at) {
+    if (!active(at.cell)) return;
+    const CellIntegrals& cell = integrals(at.cell);
+    for (int d = 0; d < 4; ++d)  // the texel is at several of them at the border of a picture
+      if (unknown[at.corners[d]] == i) mass += cell.mass[mass_at[at.corner][d]];
+  });
+  for (const Part& part : blocks_of(i)) {
+    const SeamBlocks::Block& block = cells.seams.blocks[part.block];
+    mass += cells.seams.mass[block.first_value + SeamBlocks::index(part.index, part.index, block.count)];
+  }
+  return mass;
+}
+
 void TexelSpace::Data::find_weak() {
   constexpr double hardly_seen = 1e-3;
   std::vector<double> area_of_weak(texels.size(), 0);  // else 0
   parallel_for(texels.size(), [&](std::int64_t i) {
     if (texels.interior[i]) return;
-    double diagonal = 0;
-    for_each_coupling(int(i), {}, [&](int j, double m, double) { diagonal += j == i ? m : 0; });
+    const double diagonal = mass_at_texel(int(i));
     const double area = texel_area(int(i));
     if (diagonal < hardly_seen * area) area_of_weak[i] = area;
   });

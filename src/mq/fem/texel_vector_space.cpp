@@ -116,8 +116,8 @@ BlockMatrix<double> TexelVectorSpace::system(double a, double b, std::span<const
           "one conductivity per element is needed");
   const auto factor = [&](int element) { return conductivity.empty() ? b : b * conductivity[std::size_t(element)]; };
   BlockMatrix<double> A;
-  A.starts = d.row_offsets;
-  A.columns.resize(std::size_t(d.row_offsets.back()));
+  A.starts = d.row_starts();
+  A.columns.resize(std::size_t(A.starts.back()));
   A.blocks.resize(A.columns.size());
   parallel_blocks(size(), 4096, [&](std::int64_t begin, std::int64_t end) {
     std::vector<TurnedTerm> terms;

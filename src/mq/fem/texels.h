@@ -52,11 +52,12 @@ struct Texels {
     return origin + Eigen::Vector3d(x, y, z);
   }
 
-  double distance(int a, int b) const {
+  double squared_distance(int a, int b) const {
     double squared = 0;
     for (int i = 0; i < 3; ++i) squared += std::pow(double(positions[a][i]) - positions[b][i], 2);
-    return std::sqrt(squared);
+    return squared;
   }
+  double distance(int a, int b) const { return std::sqrt(squared_distance(a, b)); }
 };
 
 }  // namespace mq

@@ -12,7 +12,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <cstdint>
+#include <span>
 
 #include <tbb/enumerable_thread_specific.h>
 
@@ -22,11 +23,34 @@ namespace mq {
 
 namespace {
 
-struct Scratch {
-  std::vector<int> place;  ///< per coarse column its position in the row, −1: none
+/// A sum of sparse rows.
+struct SparseSum {
+  std::vector<int> place;  ///< per column its position among those of the sum, −1: none
   std::vector<int> columns;
   std::vector<double> values;
-  std::vector<int> order;
+
+  void make_room(int size) { place.resize(std::size_t(size), -1); }
+  void add(int column, double value) {
+    int& at = place[column];
+    if (at < 0) {
+      at = int(columns.size());
+      columns.push_back(column);
+      values.push_back(value);
+    } else {
+      values[at] += value;
+    }
+  }
+  void clear() {
+    for (const int column : columns) place[column] = -1;
+    columns.clear();
+    values.clear();
+  }
+};
+
+struct Scratch {
+  SparseSum row;   ///< the one at hand
+  SparseSum fine;  ///< Σ_i P_iI A_ij by j, where the children of a row have many neighbours in common
+  std::vector<std::uint64_t> order;
   std::vector<WeightedIndex> children;
 };
 
@@ -37,38 +61,70 @@ struct Block {
   std::vector<double> values;
 };
 
-/// Whether the sum of what children add is 0 but for rounding: of a component that has become one node, where A·1 = 0.
-bool is_rounding(double sum, const SparseMatrix& A, const std::vector<WeightedIndex>& children) {
+/// Σ_i P_iI A_ij over the children i: add(j, value).
+template <class Add>
+void for_each_neighbour(const SparseMatrix& A, std::span<const WeightedIndex> children, const Add& add) {
+  const int *const starts = A.outerIndexPtr(), *const columns = A.innerIndexPtr();
+  const double* const values = A.valuePtr();
+  for (const WeightedIndex& child : children)
+    for (int e = starts[child.index]; e < starts[child.index + 1]; ++e)
+      add(columns[e], double(child.weight) * values[e]);
+}
+
+/// Adds value times row `fine` of P.
+void add_parents(const LevelTransfer& P, int fine, double value, SparseSum& row) {
+  std::array<WeightedIndex, 4> parents;
+  const int count = P.parents(fine, parents);
+  for (int p = 0; p < count; ++p) row.add(parents[p].index, value * double(parents[p].weight));
+}
+
+void add_parents(const GridTransfer& P, int fine, double value, SparseSum& row) {
+  const GridParents& at = P.grid_parents(fine);
+  if (at.moved) return add_parents(static_cast<const LevelTransfer&>(P), fine, value, row);
+  const double share = value * (at.between_columns ? 0.5 : 1) * (at.between_rows ? 0.5 : 1);
+  row.add(int(at.upper), share);
+  if (at.between_columns) row.add(int(at.upper) + 1, share);
+  if (!at.between_rows) return;
+  row.add(at.lower, share);
+  if (at.between_columns) row.add(at.lower + 1, share);
+}
+
+void sum_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s) {
+  s.row.clear();
+  if (const SparseTransfer* const sparse = P.sparse()) {
+    s.fine.make_room(P.fine_rows());
+    s.fine.clear();
+    for_each_neighbour(A, sparse->column(row), [&](int fine, double value) { s.fine.add(fine, value); });
+    for (std::size_t k = 0; k < s.fine.columns.size(); ++k)
+      for (const WeightedIndex& parent : sparse->row(s.fine.columns[k]))
+        s.row.add(parent.index, s.fine.values[k] * double(parent.weight));
+    return;
+  }
+  s.children.clear();
+  P.children(row, s.children);
+  const GridTransfer* const grid = P.grid();
+  for_each_neighbour(A, s.children, [&](int fine, double value) {
+    if (grid)
+      add_parents(*grid, fine, value, s.row);
+    else
+      add_parents(P, fine, value, s.row);
+  });
+}
+
+/// Whether the sum of all that children add is 0 but for rounding: of a component that has become one node, where A·1 = 0.
+bool is_rounding(double sum, const SparseMatrix& A, std::span<const WeightedIndex> children) {
   constexpr double rounding = 1e-13;
   double absolute = 0;
-  for (const WeightedIndex& child : children)
-    for (SparseMatrix::InnerIterator entry(A, child.index); entry; ++entry)
-      absolute += double(child.weight) * std::abs(entry.value());
+  for_each_neighbour(A, children, [&](int, double value) { absolute += std::abs(value); });
   return std::abs(sum) <= rounding * absolute;
 }
 
 void gather_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s) {
-  s.columns.clear();
-  s.values.clear();
-  s.children.clear();
-  P.children(row, s.children);
-  std::array<WeightedIndex, 4> parents;
-  for (const WeightedIndex& child : s.children)
-    for (SparseMatrix::InnerIterator entry(A, child.index); entry; ++entry) {
-      const double value = double(child.weight) * entry.value();
-      const int count = P.parents(int(entry.col()), parents);
-      for (int p = 0; p < count; ++p) {
-        int& place = s.place[parents[p].index];
-        if (place < 0) {
-          place = int(s.columns.size());
-          s.columns.push_back(parents[p].index);
-          s.values.push_back(0);
-        }
-        s.values[place] += value * double(parents[p].weight);
-      }
-    }
-  for (const int column : s.columns) s.place[column] = -1;
-  if (s.columns.size() == 1 && is_rounding(s.values.front(), A, s.children)) s.values.front() = 0;
+  sum_row(A, P, row, s);
+  if (s.row.columns.size() != 1) return;
+  const SparseTransfer* const sparse = P.sparse();
+  double& only = s.row.values.front();
+  if (is_rounding(only, A, sparse ? sparse->column(row) : std::span<const WeightedIndex>(s.children))) only = 0;
 }
 
 /// Wᵃ for a = −1, 0, 1, see above.
@@ -154,15 +210,15 @@ void append_stencil(const GridAround& around, const std::array<double, 9>& value
 }
 
 void append_row(Scratch& s, Block& block) {
-  s.order.resize(s.columns.size());
-  std::iota(s.order.begin(), s.order.end(), 0);
-  std::sort(s.order.begin(), s.order.end(),
-            [&](int a, int b) { return s.columns[a] < s.columns[b]; });
-  for (const int i : s.order) {
-    block.columns.push_back(s.columns[i]);
-    block.values.push_back(s.values[i]);
+  s.order.clear();
+  for (std::size_t i = 0; i < s.row.columns.size(); ++i)
+    s.order.push_back(std::uint64_t(s.row.columns[i]) << 32 | i);
+  std::ranges::sort(s.order);
+  for (const std::uint64_t entry : s.order) {
+    block.columns.push_back(int(entry >> 32));
+    block.values.push_back(s.row.values[std::uint32_t(entry)]);
   }
-  block.counts.push_back(int(s.columns.size()));
+  block.counts.push_back(int(s.row.columns.size()));
 }
 
 }  // namespace
@@ -176,7 +232,7 @@ SparseMatrix galerkin(const SparseMatrix& A, const LevelTransfer& P, const Progr
   parallel_blocks(rows, block_rows, [&](std::int64_t begin, std::int64_t end) {
     progress.check();
     Scratch& s = scratch.local();
-    s.place.resize(rows, -1);
+    s.row.make_room(rows);
     Block& block = blocks[begin / block_rows];
     const std::size_t usual = std::size_t(end - begin) * 9;  // a stencil; growing would double it
     block.columns.reserve(usual);

@@ -11,6 +11,7 @@
 #include "mq/linear/stencil_matrix.h"
 
 #include <cmath>
+#include <cstring>
 
 #include <fmt/format.h>
 
@@ -38,6 +39,21 @@ double raised(const Scaling& scaling, std::int64_t i) {
   return scaling.row(i) == 1 ? 1 : 1 + StencilMatrix::raise;
 }
 
+/// What the entries of A are multiplied by where no row has a unit of its own.
+struct CommonFactor {
+  double common;
+
+  double operator()(int, int) const { return common; }
+  double raised(int) const { return 1; }
+};
+
+struct RowFactors {
+  const Scaling& scaling;
+
+  double operator()(int i, int j) const { return scaling(i, j); }
+  double raised(int i) const { return mq::raised(scaling, i); }
+};
+
 /// Throws unless row `row` may be that of a positive semidefinite matrix.
 void check_row(const SparseMatrix& A, int row) {
   double diagonal = 0, sum = 0;
@@ -53,65 +69,102 @@ void check_row(const SparseMatrix& A, int row) {
 
 }  // namespace
 
-double stencil_anisotropy(const Stencil& row) {
-  const auto [nw, n, ne, w, centre, e, sw, s, se] = row;
-  const double corners = nw + ne + sw + se;
-  const double xx = -(w + e + corners), yy = -(n + s + corners), xy = -(se + nw - ne - sw);
-  const double mean = (xx + yy) / 2, radius = std::hypot((xx - yy) / 2, xy);
-  return (mean + radius) / std::max(mean - radius, 0.02 * centre);
-}
-
-template <class Round>
-void StencilMatrix::fill(const SparseMatrix& A, const StencilLayout& layout, const Round& round) {
+void StencilMatrix::make_room(const SparseMatrix& A, const StencilLayout& layout) {
   layout_ = &layout;
   for (auto& stream : values5_) stream.assign(std::size_t(layout.rows) + 2 * margin, 0.0f);
-  const auto stream = [&](int i) { return values5_[i].data() + margin; };
-  float *const c = stream(0), *const e = stream(1), *const sw = stream(2), *const s = stream(3),
-        *const se = stream(4);
-
-  std::vector<char> is_irregular(layout.rows, 0);
-  for (const int k : layout.irregular) is_irregular[k] = 1;
-
-  // Irregular and clustered rows: their off-diagonal entries.
-  start_.assign(layout.listed_count() + 1, 0);
+  start_.assign(std::size_t(layout.listed_count()) + 1, 0);
   for (int p = 0; p < layout.listed_count(); ++p) {
     const int k = layout.listed(p);
     int entries = 0;
     for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) entries += entry.col() != k;
     start_[p + 1] = start_[p] + entries;
   }
-  columns_.resize(start_.back());
-  values_.resize(start_.back());
-  parallel_for(layout.listed_count(), [&](std::int64_t p) {
-    const int k = layout.listed(int(p));
-    std::int64_t at = start_[p];
-    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
-      if (entry.col() == k) {
-        c[k] = round(k, k, entry.value());
-      } else {
-        columns_[at] = int(entry.col());
-        values_[at++] = round(k, entry.col(), entry.value());
-      }
-    }
-  });
+  columns_.resize(std::size_t(start_.back()));
+  values_.resize(columns_.size());
+}
 
-  // Stencil rows: their own five values, and those that irregular neighbours would hold.
-  parallel_for(std::int64_t(layout.runs.size()), [&](std::int64_t r) {
-    const StencilRun& run = layout.runs[r];
-    for (int i = 0; i < run.count; ++i) {
-      const int k = run.first + i, u = run.up + i, d = run.down + i;
-      const double* row = A.valuePtr() + A.outerIndexPtr()[k];
-      c[k] = round(k, k, row[4]);
-      e[k] = round(k, k + 1, row[5]);
-      sw[k] = round(k, d - 1, row[6]);
-      s[k] = round(k, d, row[7]);
-      se[k] = round(k, d + 1, row[8]);
-      if (is_irregular[u - 1]) se[u - 1] = round(k, u - 1, row[0]);
-      if (is_irregular[u]) s[u] = round(k, u, row[1]);
-      if (is_irregular[u + 1]) sw[u + 1] = round(k, u + 1, row[2]);
-      if (is_irregular[k - 1]) e[k - 1] = round(k, k - 1, row[3]);
+/// Irregular and clustered rows: their entries beside the diagonal, and the diagonal.
+void StencilMatrix::fill_listed(const SparseMatrix& A, const Scaling& scaling, StencilMatrix* low) {
+  parallel_for(layout_->listed_count(), [&](std::int64_t p) {
+    const int k = layout_->listed(int(p));
+    std::int64_t at = start_[p];
+    double sum = 0, size = 0;
+    bool positive = false;
+    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
+      const bool own = entry.col() == k;
+      const double scaled = scaling(k, entry.col()) * entry.value(), kept = own ? scaled * raised(scaling, k) : scaled;
+      const auto high = float(kept);
+      sum += kept;
+      size += std::abs(kept);
+      positive |= own && kept > 0;
+      (own ? streams(0)[k] : values_[at]) = high;
+      if (low) (own ? low->streams(0)[k] : low->values_[at]) = float(scaled - double(high));
+      if (own) continue;
+      columns_[at] = int(entry.col());
+      if (low) low->columns_[at] = int(entry.col());
+      ++at;
     }
-  }, 64);
+    if (!positive || !std::isfinite(size)) check_row(A, k);
+    if (low) row_sums_[k] = float(sum);
+  });
+}
+
+/// The five values of a run's rows, and those that irregular neighbours would hold; factor(i, j) is what entry
+/// (i, j) of A is multiplied by, and factor.raised(i) what a diagonal
+/// value is multiplied by beyond that. Returns whether the run is anisotropic.
+template <class Factor>
+bool StencilMatrix::fill_run(const SparseMatrix& A, const Factor& factor, const StencilRun& run,
+                             const char* irregular, StencilMatrix* low) {
+  const bool alone = std::memchr(irregular + run.up - 1, 1, std::size_t(run.count) + 2) == nullptr;
+  const auto set = [&](int stream, int k, double value, double kept) {
+    const auto high = float(kept);
+    streams(stream)[k] = high;
+    if (low) low->streams(stream)[k] = float(value - double(high));
+  };
+  int strong = 0;
+  const double* row = A.valuePtr() + A.outerIndexPtr()[run.first];
+  for (int i = 0; i < run.count; ++i, row += 9) {
+    const int k = run.first + i, u = run.up + i, d = run.down + i;
+    const Stencil v = {factor(k, u - 1) * row[0], factor(k, u) * row[1],     factor(k, u + 1) * row[2],
+                       factor(k, k - 1) * row[3], factor(k, k) * row[4],     factor(k, k + 1) * row[5],
+                       factor(k, d - 1) * row[6], factor(k, d) * row[7],     factor(k, d + 1) * row[8]};
+    const double centre = v[4] * factor.raised(k);
+    double size = 0, sum = centre;
+    for (int j = 0; j < 9; ++j) {
+      size += std::abs(v[j]);
+      if (j != 4) sum += v[j];
+    }
+    if (!(v[4] > 0) || !std::isfinite(size)) check_row(A, k);
+    set(0, k, v[4], centre);
+    set(1, k, v[5], v[5]);
+    set(2, k, v[6], v[6]);
+    set(3, k, v[7], v[7]);
+    set(4, k, v[8], v[8]);
+    if (low) row_sums_[k] = float(sum);
+    strong += stencil_anisotropy(v) > strong_anisotropy;
+    if (irregular[k - 1]) set(1, k - 1, v[3], v[3]);
+    if (alone) continue;
+    if (irregular[u - 1]) set(4, u - 1, v[0], v[0]);
+    if (irregular[u]) set(3, u, v[1], v[1]);
+    if (irregular[u + 1]) set(2, u + 1, v[2], v[2]);
+  }
+  return strong >= std::min(run.count, few_unknowns);
+}
+
+void StencilMatrix::fill(const SparseMatrix& A, const Scaling& scaling, StencilMatrix* low) {
+  fill_listed(A, scaling, low);
+  std::vector<char> irregular(std::size_t(layout_->rows), 0), found(layout_->runs.size(), 0);
+  for (const int k : layout_->irregular) irregular[k] = 1;
+  const auto fill_with = [&](const auto& factor) {
+    parallel_for(std::ssize(found), [&](std::int64_t r) {
+      found[r] = fill_run(A, factor, layout_->runs[r], irregular.data(), low);
+    }, 64);
+  };
+  if (scaling.rows.empty())
+    fill_with(CommonFactor{scaling.common});
+  else
+    fill_with(RowFactors{scaling});
+  keep_anisotropic_runs(found);
 }
 
 /// Tile after tile `sweeps` times each, colour after colour; or that reversed.
@@ -136,15 +189,8 @@ void StencilMatrix::relax_tiles(const StencilTiles& tiles, int lanes, const floa
   }
 }
 
-void StencilMatrix::find_anisotropic_runs() {
+void StencilMatrix::keep_anisotropic_runs(const std::vector<char>& found) {
   const int tiles = int(layout_->tiles.size()) - 1;
-  std::vector<char> found(layout_->runs.size(), 0);
-  parallel_for(std::int64_t(layout_->runs.size()), [&](std::int64_t r) {
-    const StencilRun& run = layout_->runs[r];
-    int count = 0;
-    for (int i = 0; i < run.count; ++i) count += stencil_anisotropy(stencil_of(*this, run, i)) > strong_anisotropy;
-    found[r] = count >= std::min(run.count, few_unknowns);
-  }, 64);
   anisotropic_ = {{}, {0}, layout_->colours};
   for (int t = 0; t < tiles; ++t) {
     for (int r = layout_->tiles[t]; r < layout_->tiles[t + 1]; ++r)
@@ -163,20 +209,17 @@ void StencilMatrix::residual_of_runs(const StencilTiles& tiles, int lanes, const
 
 StencilMatrix::StencilMatrix(const SparseMatrix& A, const StencilLayout& layout,
                              const Scaling& scaling) {
-  parallel_for(A.rows(), [&](std::int64_t row) { check_row(A, int(row)); });
-  fill(A, layout, [&](std::int64_t i, std::int64_t j, double value) {
-    return float(scaling(i, j) * value * (i == j ? raised(scaling, i) : 1));
-  });
-  find_anisotropic_runs();
+  make_room(A, layout);
+  fill(A, scaling, nullptr);
 }
 
-StencilMatrix StencilMatrix::remainder(const SparseMatrix& A, const StencilLayout& layout,
-                                       const Scaling& scaling) {
-  StencilMatrix result;
-  result.fill(A, layout, [&](std::int64_t i, std::int64_t j, double value) {
-    const double scaled = scaling(i, j) * value;
-    return float(scaled - double(float(scaled * (i == j ? raised(scaling, i) : 1))));
-  });
+StencilMatrix::Split StencilMatrix::split(const SparseMatrix& A, const StencilLayout& layout,
+                                          const Scaling& scaling) {
+  Split result;
+  result.high.make_room(A, layout);
+  result.low.make_room(A, layout);
+  result.high.row_sums_.resize(std::size_t(A.rows()) + margin);
+  result.high.fill(A, scaling, &result.low);
   return result;
 }
 
@@ -262,17 +305,6 @@ StencilMatrix::Products StencilMatrix::multiply(int lanes, const float* x, const
   };
   return parallel_sum(std::int64_t(layout_->runs.size()), Products{}, of_stencils, 64) +
          parallel_sum(std::int64_t(layout_->irregular.size()), Products{}, of_irregular, 128);
-}
-
-void StencilMatrix::keep_row_sums(const SparseMatrix& A, const Scaling& scaling) {
-  row_sums_.resize(A.rows() + margin);
-  parallel_for(A.rows(), [&](std::int64_t row) {
-    double sum = 0;
-    for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
-      sum += scaling(row, entry.col()) * entry.value() *
-             (entry.col() == row ? raised(scaling, row) : 1);
-    row_sums_[row] = float(sum);
-  });
 }
 
 std::int64_t StencilMatrix::bytes() const {

@@ -6,7 +6,9 @@
 /// is kept: 5 floats per unknown. Rows that are no stencils (seams, chart borders, coarse levels of
 /// irregular graphs) are kept as compressed rows beside them.
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -53,7 +55,13 @@ using Stencil = std::array<double, 9>;
 
 /// The ratio of the eigenvalues of Σ_j −a_kj d_j d_jᵀ, d_j from unknown k to j in texels: where A is
 /// stiffness, that of the metric. Small where mass prevails, which relaxation likes.
-double stencil_anisotropy(const Stencil& row);
+inline double stencil_anisotropy(const Stencil& row) {
+  const auto [nw, n, ne, w, centre, e, sw, s, se] = row;
+  const double corners = nw + ne + sw + se;
+  const double xx = -(w + e + corners), yy = -(n + s + corners), xy = -(se + nw - ne - sw);
+  const double mean = (xx + yy) / 2, half = (xx - yy) / 2, radius = std::sqrt(half * half + xy * xy);
+  return (mean + radius) / std::max(mean - radius, 0.02 * centre);
+}
 
 /// The order of relaxation; backward undoes forward step by step, which makes a cycle symmetric.
 enum class Order { forward, backward };
@@ -73,9 +81,10 @@ class StencilMatrix {
   /// `InvalidInput` where a value is not finite.
   StencilMatrix(const SparseMatrix& A, const StencilLayout& layout, const Scaling& scaling);
 
-  /// What that changed: the two add up to the scaled A to 48 bits.
-  static StencilMatrix remainder(const SparseMatrix& A, const StencilLayout& layout,
-                                 const Scaling& scaling);
+  /// The same matrix, `high`, with the row sums that `multiply` wants, and `low`, what rounding and raising changed:
+  /// the two add up to the scaled A to 48 bits.
+  struct Split;
+  static Split split(const SparseMatrix& A, const StencilLayout& layout, const Scaling& scaling);
 
   const StencilLayout& layout() const { return *layout_; }
   int rows() const { return layout_ ? layout_->rows : 0; }
@@ -107,12 +116,9 @@ class StencilMatrix {
   };
 
   /// y = A·x in every row, computed as (A·x)_k = m_k x_k + Σ_j a_kj (x_j − x_k) with the row sums m
-  /// that `keep_row_sums` was given: where A is mostly stiffness, smooth x lose nothing. In the same
+  /// that `split` took before rounding: where A is mostly stiffness, smooth x lose nothing. In the same
   /// walk through memory the products of x with y and r.
   Products multiply(int lanes, const float* x, const float* r, float* y) const;
-
-  /// Keeps the row sums of the scaled A with raised diagonal, taken before rounding.
-  void keep_row_sums(const SparseMatrix& A, const Scaling& scaling);
 
   /// The runs with strongly anisotropic rows, which are relaxed more often.
   const StencilTiles& anisotropic() const { return anisotropic_; }
@@ -151,17 +157,22 @@ class StencilMatrix {
 
   using Streams = StencilStreams;
 
-  /// The irregular and the clustered rows, for kernels.
+  /// The stencil rows, and the irregular and the clustered rows, for kernels.
+  Streams stencils() const { return {centres(0), easts(0), south_wests(0), souths(0), south_easts(0)}; }
   ListedRows listed_rows() const;
 
   std::int64_t bytes() const;
 
  private:
   static constexpr int margin = 32;
-  Streams stencils() const { return {centres(0), easts(0), south_wests(0), souths(0), south_easts(0)}; }
-  template <class Round>
-  void fill(const SparseMatrix& A, const StencilLayout& layout, const Round& round);
-  void find_anisotropic_runs();
+  float* streams(int i) { return values5_[i].data() + margin; }
+  void make_room(const SparseMatrix& A, const StencilLayout& layout);
+  void fill(const SparseMatrix& A, const Scaling& scaling, StencilMatrix* low);
+  void fill_listed(const SparseMatrix& A, const Scaling& scaling, StencilMatrix* low);
+  template <class Factor>
+  bool fill_run(const SparseMatrix& A, const Factor& factor, const StencilRun& run, const char* irregular,
+                StencilMatrix* low);
+  void keep_anisotropic_runs(const std::vector<char>& found);
   void relax_tiles(const StencilTiles& tiles, int lanes, const float* b, float* x, int sweeps,
                    Order order) const;
   void relax_with(const StencilTiles& tiles, const StencilTiles& anisotropic, int lanes,
@@ -176,6 +187,10 @@ class StencilMatrix {
   std::vector<std::int64_t> start_;
   std::vector<int> columns_;
   std::vector<float> values_;
+};
+
+struct StencilMatrix::Split {
+  StencilMatrix high, low;
 };
 
 }  // namespace mq

@@ -38,8 +38,9 @@ class LevelTransfer {
   virtual void prolongate_add(std::span<const int> rows, int lanes, const float* y,
                               float* x) const = 0;
 
-  /// Itself, if it is the interpolation on a grid.
+  /// Itself, if it is the interpolation on a grid, or if its rows are kept.
   virtual const class GridTransfer* grid() const { return nullptr; }
+  virtual const class SparseTransfer* sparse() const { return nullptr; }
 
   virtual std::int64_t bytes() const = 0;
 };
@@ -59,9 +60,18 @@ class SparseTransfer final : public LevelTransfer {
   void prolongate_add(int lanes, const float* y, float* x) const override;
   void prolongate_add(std::span<const int> rows, int lanes, const float* y,
                       float* x) const override;
+  const SparseTransfer* sparse() const override { return this; }
+  /// Row `fine` and column `coarse` of P.
+  std::span<const WeightedIndex> row(int fine) const { return between(starts_, entries_, fine); }
+  std::span<const WeightedIndex> column(int coarse) const { return between(child_starts_, child_entries_, coarse); }
   std::int64_t bytes() const override;
 
  private:
+  static std::span<const WeightedIndex> between(const std::vector<int>& starts,
+                                                const std::vector<WeightedIndex>& entries, int i) {
+    return {entries.data() + starts[i], std::size_t(starts[i + 1] - starts[i])};
+  }
+
   std::vector<int> starts_, child_starts_;
   std::vector<WeightedIndex> entries_, child_entries_;
 };

@@ -29,16 +29,16 @@ SolverFactory first_solver(const SolverChoice& choice, const SignalSpace& space)
   return direct_solver();
 }
 
-/// Whether iterations went astray: what is missing is as large as the solution, about, and the residual
-/// grew a long way after it had been small.
+/// Whether iterations went astray: what is missing is a tenth of the solution or more, as far as the last steps tell,
+/// and the residual grew a long way after it had been small.
 bool diverged(const SolveReport& report) {
-  constexpr double as_large = 0.5, grown = 30;
+  constexpr double large = 0.1, grown = 30;
   double least = std::numeric_limits<double>::infinity(), growth = 0;
   for (const double residual : report.residuals) {
     least = std::min(least, residual);
     growth = std::max(growth, residual / least);
   }
-  return !report.converged && report.error >= as_large && growth > grown;
+  return !report.converged && report.error >= large && growth > grown;
 }
 
 /// The attempt; throws `SolverError` where it diverged, so that nothing of it is kept.

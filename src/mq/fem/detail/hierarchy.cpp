@@ -21,9 +21,15 @@ constexpr double stalled = 0.8;      // a level this much of the finer one's siz
 constexpr double weak_below = 1e-6;  // of the largest diagonal value around: gets its own unit
 constexpr double singular_below = 1e-12;  // of the trace: Σ A_ij where A·1 = 0, or as good as
 
-std::vector<double> diagonal_of(const SparseMatrix& A) {
+std::vector<double> diagonal_of(const SparseMatrix& A, const StencilLayout& layout) {
   std::vector<double> diagonal(std::size_t(A.rows()), 0.0);
-  parallel_for(A.rows(), [&](std::int64_t row) {
+  parallel_for(std::ssize(layout.runs), [&](std::int64_t r) {
+    const StencilRun& run = layout.runs[r];
+    const double* const centres = A.valuePtr() + A.outerIndexPtr()[run.first] + 4;
+    for (int i = 0; i < run.count; ++i) diagonal[run.first + i] = centres[9 * i];
+  }, 64);
+  parallel_for(std::ssize(layout.irregular), [&](std::int64_t p) {
+    const int row = layout.irregular[p];
     for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
       if (entry.col() == row) diagonal[row] += entry.value();
   });
@@ -137,12 +143,15 @@ void Hierarchy::take_values(const SparseMatrix& matrix, std::size_t l) {
   if (finest) find_scaling(matrix);
   const Scaling common{scaling_.common, {}, {}};
   const Scaling& scaling = finest ? scaling_ : common;
-  level.matrix = StencilMatrix(matrix, level.layout, scaling);
+  if (finest) {
+    StencilMatrix::Split split = StencilMatrix::split(matrix, level.layout, scaling);
+    level.matrix = std::move(split.high);
+    low_ = std::move(split.low);
+    level.rescaled = scaling.special;
+  } else {
+    level.matrix = StencilMatrix(matrix, level.layout, scaling);
+  }
   level.patches.set_values(matrix, level.layout, scaling);
-  if (!finest) return;
-  level.matrix.keep_row_sums(matrix, scaling);
-  level.rescaled = scaling.special;
-  low_ = StencilMatrix::remainder(matrix, level.layout, scaling);
 }
 
 void Hierarchy::take_coarsest_values(const SparseMatrix& A, const SparseMatrix& coarsest) {
@@ -152,10 +161,11 @@ void Hierarchy::take_coarsest_values(const SparseMatrix& A, const SparseMatrix& 
 }
 
 void Hierarchy::find_scaling(const SparseMatrix& A) {
-  const std::vector<double> diagonal = diagonal_of(A);
+  const std::vector<double> diagonal = diagonal_of(A, multigrid_.levels.front()->layout);
   const double trace = parallel_sum(A.rows(), 0.0, [&](std::int64_t begin, std::int64_t end) {
     return std::accumulate(diagonal.begin() + begin, diagonal.begin() + end, 0.0);
   });
+  trace_ = trace;
   scaling_ = {};
   scaling_.common = trace > 0 && std::isfinite(trace) ? double(A.rows()) / trace : 1;
 
@@ -199,6 +209,14 @@ void Hierarchy::label_components(const SparseMatrix& coarsest) {
 }
 
 void Hierarchy::find_singular(const SparseMatrix& A) {
+  if (components_.component.empty() && scaling_.special.empty()) {
+    const double sum = parallel_sum(A.nonZeros(), 0.0, [&](std::int64_t begin, std::int64_t end) {
+      return Vector::Map(A.valuePtr() + begin, end - begin).sum();
+    });
+    components_.size.assign(1, double(rows_));
+    components_.singular.assign(1, std::abs(sum) <= singular_below * trace_);
+    return;
+  }
   const std::size_t count = components_.singular.size();
   std::vector<double> sum(count, 0), trace(count, 0);
   components_.size.assign(count, 0);

@@ -72,6 +72,7 @@ class Hierarchy {
   Components components_;
   std::vector<int> coarsest_component_;  ///< per row of the coarsest level
   Scaling scaling_;
+  double trace_ = 0;  ///< of the finest matrix
   int rows_ = 0;
   std::int64_t entries_ = 0;
 };

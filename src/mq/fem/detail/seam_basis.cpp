@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 
 #include "mq/fem/detail/quadrature.h"
@@ -152,10 +153,15 @@ std::span<const NearSeams::Entry> NearSeams::cell(std::span<const Entry> row, in
 
 void SeamCell::start(int texture, int column, int row, std::span<const NearSeams::Entry> near) {
   segments_.clear();
+  half_edges_.clear();
   curves_.clear();
   entries_.clear();
   terms_.clear();
-  points_.clear();
+  triangles_.clear();
+  x_.clear();
+  y_.clear();
+  weights_.clear();
+  first_terms_.assign(1, 0);
   texels_.clear();
   const auto corners = grid_.corners(texture, column, row);
   for (int k = 0; k < 4; ++k) corner_[k] = texel(corners[k]);
@@ -163,10 +169,11 @@ void SeamCell::start(int texture, int column, int row, std::span<const NearSeams
     const HalfEdge h = entry.half_edge;
     const auto& places = atlas_.corners[h / 3];
     const TexelPoint &a = places[h % 3], &b = places[next(h) % 3];
-    Segment e{h, texels_from(a.x, column), texels_from(a.y, row), 0, 0, 0};
+    Segment e{texels_from(a.x, column), texels_from(a.y, row), 0, 0, 0};
     e.ex = texels_from(b.x, column) - e.ax, e.ey = texels_from(b.y, row) - e.ay;
     e.square = e.ex * e.ex + e.ey * e.ey;
     segments_.push_back(e);
+    half_edges_.push_back(h);
   }
 }
 
@@ -197,14 +204,14 @@ int SeamCell::curve_at(int segment, double s) {
   for (std::size_t c = 0; c < curves_.size(); ++c)
     if (curves_[c].segment == segment && curves_[c].begin <= s && s <= curves_[c].end)
       return int(c);
-  const HalfEdge h = segments_[segment].half_edge;
+  const HalfEdge h = half_edges_[segment];
   const int seam = seams_.seam(h);
   const auto breaks = seams_.breaks(seam);
   const auto above = std::upper_bound(breaks.begin() + 1, breaks.end() - 1, s);
   Curve curve{segment, above[-1], *above, 0.5 * (above[-1] + *above), int(entries_.size()), 0};
   value_.clear();
   seams_.add_value(seam, curve.middle, value_);
-  seams_.subtract_side(h, curve.middle, value_);
+  value_[seams_.is_first(h) ? 0 : 1].weight -= 1;  // of the chart's own side, whose values σ is the difference from
   for (const SeamTerm& term : value_) add_bilinear(term);
   int end = curve.first_entry;  // entries of one texel become one
   for (int k = end; k < int(entries_.size()); ++k) {
@@ -225,66 +232,37 @@ int SeamCell::curve_at(int segment, double s) {
 // ------------------------------------------------------------------------------------------ points
 
 void SeamCell::add_point(int triangle, double x, double y, double weight) {
-  points_.push_back({triangle, int(terms_.size()), x, y, weight});
-  struct Candidate {
-    int segment;
-    double s, sx, sy;         // parameter along the half-edge and its gradient
-    double distance, ux, uy;  // and its gradient
-    double g, r, rx, ry;
-  };
-  thread_local std::vector<Candidate> candidates;
-  candidates.clear();
-  std::size_t nearest = 0;
-  for (std::size_t k = 0; k < segments_.size(); ++k) {
-    const Segment& e = segments_[k];
-    Candidate c{};
-    c.segment = int(k);
-    c.s = ((x - e.ax) * e.ex + (y - e.ay) * e.ey) / e.square;
-    if (c.s > 0 && c.s < 1) c.sx = e.ex / e.square, c.sy = e.ey / e.square;
-    c.s = std::clamp(c.s, 0.0, 1.0);
-    const double dx = x - e.ax - c.s * e.ex, dy = y - e.ay - c.s * e.ey;
-    const double square = dx * dx + dy * dy;
-    if (square >= Seams::blend * Seams::blend) continue;
-    const double distance = std::sqrt(square);
-    if (distance >= Seams::blend) continue;  // by rounding
-    if (distance > 0) c.ux = dx / distance, c.uy = dy / distance;
-    c.distance = std::max(distance, on_seam);
-    candidates.push_back(c);
-    if (c.distance < candidates[nearest].distance) nearest = candidates.size() - 1;
-  }
-  if (candidates.empty()) return;
+  triangles_.push_back(triangle);
+  x_.push_back(x);
+  y_.push_back(y);
+  weights_.push_back(weight);
+}
 
-  constexpr double width = Seams::blend - on_seam;  // exactly 1 up to `on_seam`, 0 from η on
-  const Candidate top = candidates[nearest];
-  const double fade = (Seams::blend - top.distance) / width;
-  const double fade_x = -top.ux / width, fade_y = -top.uy / width;
-  const auto add_term = [&](const Candidate& c, double lambda, double lambda_x, double lambda_y) {
-    const bool first = seams_.is_first(segments_[c.segment].half_edge);
-    const double s = first ? c.s : 1 - c.s;
-    const int curve = curve_at(c.segment, s);
-    terms_.push_back({curve, s - curves_[curve].middle, first ? c.sx : -c.sx, first ? c.sy : -c.sy,
-                      lambda, lambda_x, lambda_y});
-  };
-  if (candidates.size() == 1) return add_term(top, fade, fade_x, fade_y);
-  for (Candidate& c : candidates) c.g = 1 / c.distance - 1 / Seams::blend;
-  const double top_g = candidates[nearest].g;
-  const double tx = -top.ux / (top.distance * top.distance),
-               ty = -top.uy / (top.distance * top.distance);
-  double sum = 0, sum_x = 0, sum_y = 0;
-  for (Candidate& c : candidates) {
-    const double q = c.g / top_g;
-    if (q <= 0.5) continue;
-    const double gx = -c.ux / (c.distance * c.distance), gy = -c.uy / (c.distance * c.distance);
-    c.r = (q - 0.5) * (q - 0.5);
-    c.rx = 2 * (q - 0.5) * (gx - q * tx) / top_g;
-    c.ry = 2 * (q - 0.5) * (gy - q * ty) / top_g;
-    sum += c.r, sum_x += c.rx, sum_y += c.ry;
-  }
-  for (const Candidate& c : candidates) {
-    if (c.r == 0) continue;
-    const double share = c.r / sum;
-    add_term(c, fade * share, fade_x * share + fade * (c.rx - share * sum_x) / sum,
-             fade_y * share + fade * (c.ry - share * sum_y) / sum);
+/// Finds the terms of the points added since it was last called.
+void SeamCell::weigh_points() {
+  constexpr std::size_t step = SeamWeights::points;
+  if (near_.size() <= segments_.size()) near_.resize(segments_.size() + 1);
+  for (std::size_t begin = first_terms_.size() - 1; begin < x_.size(); begin += step) {
+    const std::size_t count = std::min(step, x_.size() - begin);
+    double x[step], y[step];
+    for (std::size_t k = 0; k < step; ++k) {
+      x[k] = x_[begin + std::min(k, count - 1)];
+      y[k] = y_[begin + std::min(k, count - 1)];
+    }
+    const int near = seam_kernels().weights(segments_.data(), int(segments_.size()), x, y, Seams::blend, on_seam,
+                                            near_.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      for (int n = 0; n < near; ++n) {
+        const SeamWeights& w = near_[std::size_t(n)];
+        if (!(w.lambda[k] > 0)) continue;
+        const bool first = seams_.is_first(half_edges_[std::size_t(w.segment)]);
+        const double s = first ? w.s[k] : 1 - w.s[k];
+        const int curve = curve_at(w.segment, s);
+        terms_.push_back({curve, s - curves_[std::size_t(curve)].middle, first ? w.s_x[k] : -w.s_x[k],
+                          first ? w.s_y[k] : -w.s_y[k], w.lambda[k], w.lambda_x[k], w.lambda_y[k]});
+      }
+      first_terms_.push_back(int(terms_.size()));
+    }
   }
 }
 
@@ -311,9 +289,7 @@ void drop_zero_columns(BasisSamples& samples) {
 template <class Visit>
 void SeamCell::for_each_texel(std::size_t point, const Visit& visit) const {
   for (const int corner : corner_) visit(corner);
-  const int end =
-      point + 1 < points_.size() ? points_[point + 1].first_term : int(terms_.size());
-  for (int t = points_[point].first_term; t < end; ++t) {
+  for (int t = first_terms_[point]; t < first_terms_[point + 1]; ++t) {
     const Curve& curve = curves_[terms_[t].curve];
     for (int k = curve.first_entry; k < curve.end_entry; ++k) visit(entries_[k].texel);
   }
@@ -323,9 +299,16 @@ void SeamCell::for_each_texel(std::size_t point, const Visit& visit) const {
 /// together (one at least). Returns one past the last of these points.
 std::size_t SeamCell::choose_texels(std::size_t first, std::size_t most_texels,
                                     std::vector<int>& chosen) {
+  weigh_points();
+  if (first == 0 && texels_.size() <= most_texels) {
+    local_.resize(texels_.size());
+    std::iota(local_.begin(), local_.end(), 0);
+    chosen = local_;
+    return point_count();
+  }
   local_.assign(texels_.size(), -1);
   std::size_t end = first;
-  for (; end < points_.size(); ++end) {
+  for (; end < point_count(); ++end) {
     const std::size_t before = chosen.size();
     for_each_texel(end, [&](int texel) {
       if (local_[texel] >= 0) return;
@@ -353,22 +336,20 @@ std::size_t SeamCell::evaluate(BasisSamples& samples, std::size_t first, std::si
   samples.dy.setZero(points, count);
   for (Eigen::Index q = 0; q < points; ++q) {
     const std::size_t number = first + std::size_t(q);
-    const Point& point = points_[number];
-    samples.triangles[q] = point.triangle;
-    samples.weights[q] = point.weight;
-    samples.places[q] = {point.x, point.y};
+    const double x = x_[number], y = y_[number];
+    samples.triangles[q] = triangles_[number];
+    samples.weights[q] = weights_[number];
+    samples.places[q] = {x, y};
     double *value = samples.values.row(q).data(), *dx = samples.dx.row(q).data(),
            *dy = samples.dy.row(q).data();
     for (int k = 0; k < 4; ++k) {
-      const double fx = k & 1 ? point.x : 1 - point.x, fy = k >> 1 ? point.y : 1 - point.y;
+      const double fx = k & 1 ? x : 1 - x, fy = k >> 1 ? y : 1 - y;
       const int at = local_[corner_[k]];
       value[at] += fx * fy;
       dx[at] += (k & 1 ? 1 : -1) * fy;
       dy[at] += (k >> 1 ? 1 : -1) * fx;
     }
-    const int end =
-        number + 1 < points_.size() ? points_[number + 1].first_term : int(terms_.size());
-    for (int t = point.first_term; t < end; ++t) {
+    for (int t = first_terms_[number]; t < first_terms_[number + 1]; ++t) {
       const Term& term = terms_[t];
       const Curve& curve = curves_[term.curve];
       for (int k = curve.first_entry; k < curve.end_entry; ++k) {
@@ -376,8 +357,8 @@ std::size_t SeamCell::evaluate(BasisSamples& samples, std::size_t first, std::si
         const double c = e.c0 + term.s * (e.c1 + term.s * e.c2), slope = e.c1 + 2 * term.s * e.c2;
         const int at = local_[e.texel];
         value[at] += term.lambda * c;
-        dx[at] += term.lambda_x * c + term.lambda * slope * term.sx;
-        dy[at] += term.lambda_y * c + term.lambda * slope * term.sy;
+        dx[at] += term.lambda_x * c + term.lambda * slope * term.s_x;
+        dy[at] += term.lambda_y * c + term.lambda * slope * term.s_y;
       }
     }
   }
@@ -396,10 +377,9 @@ SeamCell::Polygon SeamCell::outline(int triangle, const Piece& piece) const {
     points.push_back({v.x, v.y});
     const HalfEdge h = 3 * triangle + v.side;
     if (v.side < 0 || seams_.seam(h) < 0) continue;
-    const auto at = std::find_if(segments_.begin(), segments_.end(),
-                                 [&](const Segment& e) { return e.half_edge == h; });
-    if (at == segments_.end()) continue;
-    const Segment& e = *at;
+    const auto at = std::ranges::find(half_edges_, h);
+    if (at == half_edges_.end()) continue;
+    const Segment& e = segments_[std::size_t(at - half_edges_.begin())];
     const bool wide = std::abs(e.ex) > std::abs(e.ey), first = seams_.is_first(h);
     const auto parameter = [&](const Piece::Vertex& p) {
       const double s = wide ? (p.x - e.ax) / e.ex : (p.y - e.ay) / e.ey;

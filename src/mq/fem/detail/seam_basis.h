@@ -29,6 +29,7 @@
 #include "mq/atlas/clip.h"
 #include "mq/atlas/seams.h"
 #include "mq/atlas/texel_grid.h"
+#include "mq/fem/kernels/seam_kernels.h"
 
 namespace mq {
 
@@ -85,9 +86,9 @@ class SeamCell {
   /// centroid, with a rule exact to degree 4 on each triangle.
   void add_piece(int triangle, const Piece& piece, std::vector<Polygon>& bilinear);
 
-  bool empty() const { return points_.empty(); }
+  bool empty() const { return triangles_.empty(); }
 
-  std::size_t point_count() const { return points_.size(); }
+  std::size_t point_count() const { return triangles_.size(); }
 
   /// The points added since `start`, from number `first` on: all, or the first of them that do not
   /// have more than `most_texels` texels together (one point at least). Where the other side of a
@@ -96,12 +97,17 @@ class SeamCell {
   std::size_t evaluate(BasisSamples& samples, std::size_t first = 0,
                        std::size_t most_texels = std::size_t(-1));
 
- private:
-  struct Segment {
-    HalfEdge half_edge;
-    double ax, ay, ex, ey;  // from a to a + e, in the cell
-    double square;          // |e|²
+  /// Of the same points the upper triangles of mass and stiffness, by rows.
+  struct Matrices {
+    std::size_t end = 0;      ///< one past the last of the points
+    std::vector<int> texels;  ///< numbers of TexelGrid
+    std::vector<double> mass, stiffness;
   };
+  void integrate(const std::vector<TexelMetric>& metrics, std::size_t first, std::size_t most_texels,
+                 Matrices& matrices);
+
+ private:
+  using Segment = SeamSegment;
   struct Curve {  // σ − B along one seam between two breaks, quadratic in s − middle
     int segment;
     double begin, end, middle;
@@ -111,17 +117,11 @@ class SeamCell {
     int texel;
     double c0, c1, c2;
   };
-  struct Term {
-    int curve;
-    double s, sx, sy;  // parameter from the curve's middle, and its gradient
-    double lambda, lambda_x, lambda_y;
-  };
-  struct Point {
-    int triangle, first_term;
-    double x, y, weight;
-  };
+  using Term = SeamCurveTerm;
   bool reaches(const Polygon& polygon) const;
   int curve_at(int segment, double s);
+  void weigh_points();
+  void spread_curves(std::size_t stride);
   void add_bilinear(const SeamTerm& term);
   int texel(int number);
   template <class Visit>
@@ -134,13 +134,18 @@ class SeamCell {
   const TexelGrid& grid_;
   std::array<int, 4> corner_{};  // index of the cell's corners in texels_
   std::vector<Segment> segments_;
+  std::vector<HalfEdge> half_edges_;  // of the segments
   std::vector<Curve> curves_;
   std::vector<CurveEntry> entries_;
   std::vector<Term> terms_;
-  std::vector<Point> points_;
+  std::vector<int> triangles_;  // of points
+  std::vector<double> x_, y_, weights_;
+  std::vector<int> first_terms_;  // of the points that are weighed; and one past the last of all
+  std::vector<SeamWeights> near_;
   std::vector<int> texels_;
   std::vector<int> local_;  ///< per entry of texels_ its column in the samples, or -1
   std::vector<SeamTerm> value_;
+  std::vector<double> spread_, scales_, room_;  // of `integrate`
 };
 
 }  // namespace mq

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <queue>
+#include <span>
 
 #include <Eigen/Dense>
 
@@ -40,9 +41,11 @@ std::vector<float> graded(const SparseMatrix& A, const SurfacePoints& points) {
   constexpr float grading = 0.5f;
   constexpr int passes = 6;  // points on the way from one spacing to another
   std::vector<float> spacing = points.spacing, next = spacing;
+  std::vector<char> open(spacing.size(), 1);  // points beside one whose spacing has changed
   for (int pass = 0; pass < passes; ++pass) {
     std::atomic<bool> changed = false;
     parallel_for(A.rows(), [&](std::int64_t i) {
+      if (!open[i]) return;
       for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry) {
         const int j = int(entry.col());
         if (spacing[j] < next[i])
@@ -50,7 +53,12 @@ std::vector<float> graded(const SparseMatrix& A, const SurfacePoints& points) {
       }
       if (next[i] < 0.9f * spacing[i]) changed = true;
     });
-    spacing = next;
+    std::ranges::fill(open, 0);
+    for (std::size_t i = 0; i < next.size(); ++i) {
+      if (next[i] == spacing[i]) continue;
+      spacing[i] = next[i];
+      for (SparseMatrix::InnerIterator entry(A, Eigen::Index(i)); entry; ++entry) open[entry.col()] = 1;
+    }
     if (!changed) break;
   }
   return spacing;
@@ -98,22 +106,38 @@ struct Adjacency {
   bool adjacent(int a, int b) const { return std::binary_search(begin(a), end(a), b); }
 };
 
-Adjacency adjacency_of(const SparseMatrix& A, const Cells& cells) {
-  const int count = int(cells.centres.size());
-  std::vector<int> starts(count + 1, 0), members(cells.owner.size());
-  for (const int c : cells.owner) ++starts[c + 1];
-  for (int c = 0; c < count; ++c) starts[c + 1] += starts[c];
-  std::vector<int> at(starts.begin(), starts.end() - 1);
-  for (int i = 0; i < int(cells.owner.size()); ++i) members[at[cells.owner[i]]++] = i;
+/// The points of every cell, as compressed lists.
+struct Members {
+  std::vector<int> starts, points;
 
+  explicit Members(const Cells& cells) : starts(cells.centres.size() + 1, 0), points(cells.owner.size()) {
+    for (const int c : cells.owner) ++starts[c + 1];
+    for (std::size_t c = 1; c < starts.size(); ++c) starts[c] += starts[c - 1];
+    std::vector<int> at(starts.begin(), starts.end() - 1);
+    for (int i = 0; i < int(cells.owner.size()); ++i) points[at[cells.owner[i]]++] = i;
+  }
+
+  std::span<const int> of(std::int64_t cell) const {
+    return {points.data() + starts[cell], std::size_t(starts[cell + 1] - starts[cell])};
+  }
+};
+
+Adjacency adjacency_of(const SparseMatrix& A, const Cells& cells, const Members& members) {
+  constexpr std::size_t few = 16;  // are faster looked through than sorted
+  const int count = int(cells.centres.size());
   std::vector<std::vector<int>> lists(count);
   parallel_for(count, [&](std::int64_t c) {
-    std::vector<int>& list = lists[c];
-    for (int m = starts[c]; m < starts[c + 1]; ++m)
-      for (SparseMatrix::InnerIterator entry(A, members[m]); entry; ++entry)
-        if (const int other = cells.owner[entry.col()]; other != c) list.push_back(other);
+    thread_local std::vector<int> list;
+    list.clear();
+    for (const int member : members.of(c))
+      for (SparseMatrix::InnerIterator entry(A, member); entry; ++entry) {
+        const int other = cells.owner[entry.col()];
+        if (other == c) continue;
+        const bool known = list.size() <= few && std::ranges::find(list, other) != list.end();
+        if (!known) list.push_back(other);
+      }
     std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
+    lists[c].assign(list.begin(), std::unique(list.begin(), list.end()));
   });
   Adjacency result;
   result.starts.assign(count + 1, 0);
@@ -161,62 +185,96 @@ struct Combination {
   std::array<WeightedIndex, 3> entries;
 };
 
-/// Interpolates point p of cell `own` from the cells around, which are `near`.
-Combination interpolate(const Point& p, int own, const SurfacePoints& points, const Cells& cells,
-                        const Adjacency& near, const Adjacency& adjacency) {
-  const Point origin = point(points, cells.centres[own]), q = p - origin;
-  Combination best;
-  best.entries[0] = {own, 1};
-  if (q.squaredNorm() == 0) return best;
+/// What the points of one cell are interpolated from: its edges to the cells near it, and the triangles with two
+/// of them that are adjacent.
+class Surroundings {
+ public:
+  void start(int own, const SurfacePoints& points, const Cells& cells, const Adjacency& near,
+             const Adjacency& adjacency) {
+    own_ = own;
+    origin_ = point(points, cells.centres[own]);
+    edges_.clear();
+    triangles_.clear();
+    for (const int* a = near.begin(own); a != near.end(own); ++a) {
+      const Point u = point(points, cells.centres[*a]) - origin_;
+      edges_.push_back({*a, u, u.dot(u), u.norm()});
+    }
+    for (std::size_t a = 0; a < edges_.size(); ++a)
+      for (std::size_t b = a + 1; b < edges_.size(); ++b) {
+        const Edge &u = edges_[a], &v = edges_[b];
+        if (!adjacency.adjacent(u.cell, v.cell)) continue;
+        const float uv = u.way.dot(v.way), determinant = u.squared * v.squared - uv * uv;
+        if (determinant > 1e-4f * u.squared * v.squared) triangles_.push_back({int(a), int(b), uv, determinant});
+      }
+  }
 
-  // The triangle that holds the projection of p and is nearest to it, the smaller at a tie.
-  float best_distance = std::numeric_limits<float>::infinity();
-  const int* end = near.end(own);
-  for (const int* a = near.begin(own); a != end; ++a) {
-    const Point u = point(points, cells.centres[*a]) - origin;
-    for (const int* b = a + 1; b != end; ++b) {
-      if (!adjacency.adjacent(*a, *b)) continue;
-      const Point v = point(points, cells.centres[*b]) - origin;
-      const float uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), uq = u.dot(q), vq = v.dot(q);
-      const float determinant = uu * vv - uv * uv;
-      if (!(determinant > 1e-4f * uu * vv)) continue;
-      const float s = (vv * uq - uv * vq) / determinant, t = (uu * vq - uv * uq) / determinant;
+  Combination interpolate(const Point& p) const {
+    const Point q = p - origin_;
+    Combination best;
+    best.entries[0] = {own_, 1};
+    if (q.squaredNorm() == 0) return best;
+
+    // The triangle that holds the projection of p and is nearest to it, the smaller at a tie.
+    float best_distance = std::numeric_limits<float>::infinity();
+    for (const Triangle& triangle : triangles_) {
+      const Edge &u = edges_[triangle.a], &v = edges_[triangle.b];
+      const float uq = u.way.dot(q), vq = v.way.dot(q);
+      const float s = (v.squared * uq - triangle.uv * vq) / triangle.determinant,
+                  t = (u.squared * vq - triangle.uv * uq) / triangle.determinant;
       if (s < 0 || t < 0 || s + t > 1) continue;
-      const float distance = (q - s * u - t * v).norm() + 1e-3f * (u.norm() + v.norm());
+      const float distance = (q - s * u.way - t * v.way).norm() + 1e-3f * (u.length + v.length);
       if (distance >= best_distance) continue;
       best_distance = distance;
-      best = {3, {{{own, 1 - s - t}, {*a, s}, {*b, t}}}};
+      best = {3, {{{own_, 1 - s - t}, {u.cell, s}, {v.cell, t}}}};
     }
-  }
-  if (best.count == 3) return best;
+    if (best.count == 3) return best;
 
-  // Else the nearest edge of the own cell.
-  best_distance = q.norm();
-  for (const int* a = near.begin(own); a != end; ++a) {
-    const Point u = point(points, cells.centres[*a]) - origin;
-    const float uu = u.dot(u);
-    if (!(uu > 0)) continue;
-    const float s = std::clamp(u.dot(q) / uu, 0.0f, 1.0f);
-    const float distance = (q - s * u).norm();
-    if (distance >= best_distance) continue;
-    best_distance = distance;
-    best = {2, {{{own, 1 - s}, {*a, s}, {}}}};
+    // Else the nearest edge of the own cell.
+    best_distance = q.norm();
+    for (const Edge& u : edges_) {
+      if (!(u.squared > 0)) continue;
+      const float s = std::clamp(u.way.dot(q) / u.squared, 0.0f, 1.0f);
+      const float distance = (q - s * u.way).norm();
+      if (distance >= best_distance) continue;
+      best_distance = distance;
+      best = {2, {{{own_, 1 - s}, {u.cell, s}, {}}}};
+    }
+    return best;
   }
-  return best;
-}
+
+ private:
+  struct Edge {
+    int cell;
+    Point way;  ///< from the own cell's centre
+    float squared, length;
+  };
+  struct Triangle {
+    int a, b;  ///< edges
+    float uv, determinant;
+  };
+
+  int own_ = 0;
+  Point origin_;
+  std::vector<Edge> edges_;
+  std::vector<Triangle> triangles_;
+};
 
 }  // namespace
 
 GraphCoarsening coarsen_graph(const SparseMatrix& A, const SurfacePoints& given, double radius) {
   const SurfacePoints points{given.positions, graded(A, given), given.kept};
   const Cells cells = sample(A, points, radius);
-  const Adjacency adjacency = adjacency_of(A, cells), near = nearest(adjacency, points, cells);
+  const Members members(cells);
+  const Adjacency adjacency = adjacency_of(A, cells, members), near = nearest(adjacency, points, cells);
   const int n = int(A.rows()), count = int(cells.centres.size());
 
   std::vector<Combination> rows(n);
-  parallel_for(n, [&](std::int64_t i) {
-    rows[i] = interpolate(point(points, int(i)), cells.owner[i], points, cells, near,
-                          adjacency);
+  parallel_blocks(count, 256, [&](std::int64_t begin, std::int64_t end) {
+    Surroundings around;
+    for (std::int64_t c = begin; c < end; ++c) {
+      around.start(int(c), points, cells, near, adjacency);
+      for (const int i : members.of(c)) rows[i] = around.interpolate(point(points, i));
+    }
   });
   std::vector<int> starts(n + 1, 0);
   for (int i = 0; i < n; ++i) starts[i + 1] = starts[i] + rows[i].count;

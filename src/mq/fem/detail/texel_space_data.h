@@ -24,6 +24,17 @@ struct Incidence {
 inline constexpr int mass_at[4][4] = {{0, 1, 3, 4}, {1, 2, 4, 5}, {3, 4, 6, 7}, {4, 5, 7, 8}};
 inline constexpr int stiffness_at[4][4] = {{-1, 0, 1, 2}, {0, -1, 3, 4}, {1, 3, -1, 5}, {2, 4, 5, -1}};
 
+/// Where in the 3 × 3 texels around a texel, row by row, corner `other` of a cell is whose corner `own` it is.
+constexpr int place_around(int own, int other) {
+  return 1 - (own & 1) + (other & 1) + 3 * (1 - (own >> 1) + (other >> 1));
+}
+
+/// An entry of a row of a matrix.
+struct RowTerm {
+  int column;
+  double value;
+};
+
 /// Some channels of a signal, few enough for registers.
 template <int count>
 class ChannelGroup {
@@ -78,7 +89,6 @@ struct TexelSpace::Data {
     double texel_area;  ///< of the surface, where it lies
   };
   std::vector<Weak> weak;  ///< unknowns that hardly any point of the surface shows
-  std::vector<int> row_offsets;  ///< of the matrices
   Defects defects;
 
   Data(const Surface& s, const Atlas& a) : surface(s), atlas(a), grid(a.textures) {}
@@ -104,15 +114,19 @@ struct TexelSpace::Data {
   void add_soft_seams(double penalty);
   void number_texels();
   void place_texels();
+  int find_chart(int i);
   void find_parts();
   double texel_area(int i) const;
+  double mass_at_texel(int i) const;
   void find_weak();
-  void count_rows();
   void list_defects();
 
   // Cells around texels.
   template <class Visit>
   void for_each_cell(const Texels::Place& at, const Visit& visit) const;
+  template <class Visit>
+  void for_each_inner_cell(const Texels::Place& at, const Visit& visit) const;
+  /// Not at the border of its picture: its cells and the texels of these are around it and nowhere else.
   bool inner(const Texels::Place& at) const {
     const TextureSize& size = grid.texture(at.texture);
     return at.x > 0 && at.y > 0 && at.x < size.width - 1 && at.y < size.height - 1;
@@ -122,12 +136,35 @@ struct TexelSpace::Data {
   }
 
   // Rows.
+  /// Whether cells alone couple texel i, to the 3 × 3 texels around it at most.
+  bool is_grid_row(int i) const { return inner(texels.places[i]) && blocks_of(i).empty(); }
+  /// Of the texels around an inner one: those of the row above, and a picture's width on, of the next ones.
+  const int* unknowns_around(const Texels::Place& at) const {
+    return unknown.data() + grid.first_texel(at.texture) + (at.y - 1) * grid.texture(at.texture).width + at.x - 1;
+  }
+  template <class OfCell>
+  std::array<double, 9> grid_weights(const Texels::Place& at, const OfCell& of_cell) const;
+  /// What cells give a row of an inner texel: to each of the 3 × 3 texels around it, row by row, and which of these
+  /// they couple.
+  struct GridRow {
+    std::array<double, 9> values{};
+    std::array<bool, 9> coupled{};
+  };
+  GridRow grid_row(const Texels::Place& at, double a, double b, std::span<const float> conductivity) const;
   int row_size(int i) const;
-  /// Row i of a·M + b·Σ c_e·S_e; no conductivity: c = 1.
-  void fill_row(int i, double a, double b, std::span<const float> conductivity, int* columns,
-                double* values) const;
+  /// Where the rows of the matrices begin, and where the last ends.
+  std::vector<int> row_starts() const;
+  /// Row i of a·M + b·Σ c_e·S_e, columns increasing; no conductivity: c = 1. They hold until the same thread asks
+  /// for another row.
+  const std::vector<RowTerm>& terms_of_row(int i, double a, double b, std::span<const float> conductivity) const;
+  void fill_grid_row(int i, double a, double b, std::span<const float> conductivity, int* columns,
+                     double* values) const;
+  template <class Visit>
+  void for_each_block_coupling(int i, std::span<const float> conductivity, const Visit& visit) const;
   template <class Visit>
   void for_each_coupling(int i, std::span<const float> conductivity, const Visit& visit) const;
+  template <class Group, class OfBlock>
+  OverwrittenVector<double> block_products(const Group& group, const OfBlock& of_block) const;
   template <class OfCell, class OfBlock>
   Signal stiffness_product(std::span<const int> rows, const Signal& psi, const OfCell& of_cell,
                            const OfBlock& of_block) const;
@@ -147,8 +184,21 @@ struct TexelSpace::Data {
 };
 
 template <class Visit>
+void TexelSpace::Data::for_each_inner_cell(const Texels::Place& at, const Visit& visit) const {
+  const int width = grid.texture(at.texture).width;
+  const int first_cell = grid.first_cell(at.texture) + at.y * (width + 1) + at.x;
+  const int first_texel = grid.first_texel(at.texture) + (at.y - 1) * width + at.x - 1;
+  const auto at_corner = [&](int corner) {
+    const int dx = 1 - (corner & 1), dy = 1 - (corner >> 1), texel = first_texel + dy * width + dx;
+    return Incidence{first_cell + dy * (width + 1) + dx, corner, {texel, texel + 1, texel + width, texel + width + 1}};
+  };
+  visit(at_corner(3)), visit(at_corner(2)), visit(at_corner(1)), visit(at_corner(0));
+}
+
+template <class Visit>
 void TexelSpace::Data::for_each_cell(const Texels::Place& at, const Visit& visit) const {
   const TextureSize& size = grid.texture(at.texture);
+  if (inner(at)) return for_each_inner_cell(at, visit);
   const bool clamped = size.wrap != Wrap::repeat;
   int columns[3][2], rows[3][2];  // cell column or row, and on which side of it the texel is
   const auto fill = [&](int(&list)[3][2], int i, int n) {
@@ -187,6 +237,17 @@ void TexelSpace::Data::visit_block(const Part& part, const Visit& visit) const {
   }
 }
 
+/// visit(j, mass, stiffness) for the terms of row i that seam blocks have.
+template <class Visit>
+void TexelSpace::Data::for_each_block_coupling(int i, std::span<const float> conductivity,
+                                               const Visit& visit) const {
+  for (const Part& part : blocks_of(i)) {
+    const double factor =
+        conductivity.empty() ? 1 : conductivity[element_of_block(part.block)];
+    visit_block(part, [&](int j, double m, double s) { visit(j, m, factor * s); });
+  }
+}
+
 /// visit(j, mass, stiffness) for every term of row i; a j may come several times. Stiffness terms
 /// of j = i from cells are left out: they are minus the sum of the others.
 template <class Visit>
@@ -202,11 +263,56 @@ void TexelSpace::Data::for_each_coupling(int i, std::span<const float> conductiv
       if (d != at.corner) visit(i, 0, -s);
     }
   });
-  for (const Part& part : blocks_of(i)) {
-    const double factor =
-        conductivity.empty() ? 1 : conductivity[element_of_block(part.block)];
-    visit_block(part, [&](int j, double m, double s) { visit(j, m, factor * s); });
-  }
+  for_each_block_coupling(i, conductivity, visit);
+}
+
+/// Σ of_cell(cell, corners)·S_cell of a grid row, but for the diagonal: row by row of the 3 × 3 texels.
+template <class OfCell>
+std::array<double, 9> TexelSpace::Data::grid_weights(const Texels::Place& at, const OfCell& of_cell) const {
+  std::array<double, 9> weights{};
+  for_each_inner_cell(at, [&](const Incidence& in) __attribute__((always_inline)) {
+    if (!active(in.cell)) return;
+    const CellIntegrals& cell = integrals(in.cell);
+    const double factor = of_cell(in.cell, in.corners);
+    for (int d = 0; d < 4; ++d)
+      if (d != in.corner) weights[place_around(in.corner, d)] += factor * cell.stiffness[stiffness_at[in.corner][d]];
+  });
+  return weights;
+}
+
+/// S_block·ψ of every seam block times of_block(block), at the places of its texels among those of all blocks: every
+/// value of a block is read once for two rows.
+template <class Group, class OfBlock>
+OverwrittenVector<double> TexelSpace::Data::block_products(const Group& group, const OfBlock& of_block) const {
+  using Row = typename Group::Row;
+  constexpr int channels = Row::SizeAtCompileTime;
+  const SeamBlocks& all = cells.seams;
+  OverwrittenVector<double> products;
+  products.resize(all.texels.size() * channels);
+  parallel_blocks(std::ssize(all.blocks), 256, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<Row> values, sums;
+    for (std::int64_t b = begin; b < end; ++b) {
+      const SeamBlocks::Block& block = all.blocks[b];
+      values.resize(std::size_t(block.count));
+      sums.assign(std::size_t(block.count), Row::Zero());
+      for (int k = 0; k < block.count; ++k) values[k] = group(all.texels[block.first + k]);
+      const double* s = all.stiffness.data() + block.first_value;
+      for (int i = 0; i < block.count; ++i) {
+        ++s;  // of the diagonal: rows sum to 0
+        Row sum = Row::Zero();
+        for (int j = i + 1; j < block.count; ++j) {
+          const Row flow = *s++ * (values[j] - values[i]);
+          sum += flow;
+          sums[j] -= flow;
+        }
+        sums[i] += sum;
+      }
+      const double factor = of_block(int(b));
+      double* of_texel = products.data() + std::int64_t(block.first) * channels;
+      for (int k = 0; k < block.count; ++k, of_texel += channels) Row::Map(of_texel) = factor * sums[k];
+    }
+  });
+  return products;
 }
 
 /// These rows (none: all) of Σ of_cell(cell, corners)·S_cell·ψ + Σ of_block(block)·S_block·ψ, gathered
@@ -217,10 +323,21 @@ Signal TexelSpace::Data::stiffness_product(std::span<const int> rows, const Sign
   const std::int64_t count = rows.empty() ? psi.rows() : std::ssize(rows);
   Signal result(count, psi.cols());
   for_channel_groups(psi, [&]<int channels>(const ChannelGroup<channels>& group) {
+    using Row = typename ChannelGroup<channels>::Row;
+    const OverwrittenVector<double> products =
+        rows.empty() ? block_products(group, of_block) : OverwrittenVector<double>();
     parallel_for(count, [&](std::int64_t r) {
       const int i = rows.empty() ? int(r) : rows[std::size_t(r)];
       const auto own = group(i);
-      typename ChannelGroup<channels>::Row sum = own.Zero();
+      Row sum = Row::Zero();
+      if (is_grid_row(i)) {
+        const std::array<double, 9> weights = grid_weights(texels.places[i], of_cell);
+        const int* const around = unknowns_around(texels.places[i]);
+        const int width = grid.texture(texels.places[i].texture).width;
+        for (int n = 0; n < 9; ++n)
+          if (weights[n] != 0) sum += weights[n] * (group(around[n / 3 * width + n % 3]) - own);
+        return group.store(sum, r, result);
+      }
       for_each_cell(texels.places[i], [&](const Incidence& at) {
         if (!active(at.cell)) return;
         const CellIntegrals& cell = integrals(at.cell);
@@ -231,6 +348,11 @@ Signal TexelSpace::Data::stiffness_product(std::span<const int> rows, const Sign
                    (group(unknown[at.corners[k]]) - own);
       });
       for (const Part& part : blocks_of(i)) {
+        if (rows.empty()) {
+          const int place = cells.seams.blocks[part.block].first + part.index;
+          sum += Row::Map(products.data() + std::int64_t(place) * channels);
+          continue;
+        }
         const double factor = of_block(part.block);
         visit_block(part, [&](int j, double, double s) {
           if (j != i) sum += factor * s * (group(j) - own);

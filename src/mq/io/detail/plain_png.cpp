@@ -4,6 +4,7 @@
 #include "mq/io/detail/plain_png.h"
 
 #include <png.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -23,6 +24,7 @@ using Byte = std::uint8_t;
 constexpr std::string_view signature("\x89PNG\r\n\x1a\n", 8);
 constexpr int rows_per_report = 256;
 constexpr std::size_t most_expansion = 1032;  // bytes that deflate makes of one
+constexpr int compression = 4;  // in less than half the time of the usual 6; files are 1.5 % larger
 
 struct Head {
   int width = 0, height = 0, channels = 0, value_bytes = 0;
@@ -164,13 +166,14 @@ class PngWriter {
   PngWriter(const PngWriter&) = delete;
   PngWriter& operator=(const PngWriter&) = delete;
 
-  void begin(int width, int height, int channels, int value_bytes) {
-    constexpr int level = 4;  // in less than half the time of the usual 6; files are 1.5 % larger
+  /// `strategy`: zlib's.
+  void begin(int width, int height, int channels, int value_bytes, int strategy) {
     constexpr std::array<int, 4> kinds = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
                                           PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
     if (setjmp(png_jmpbuf(png_))) fail();
     png_set_user_limits(png_, max_picture_side, max_picture_side);
-    png_set_compression_level(png_, level);
+    png_set_compression_level(png_, compression);
+    png_set_compression_strategy(png_, strategy);
     png_set_IHDR(png_, info_, png_uint_32(width), png_uint_32(height), 8 * value_bytes,
                  kinds[std::size_t(channels) - 1], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                  PNG_FILTER_TYPE_DEFAULT);
@@ -221,6 +224,42 @@ std::int64_t to_bytes(std::span<const float> values, int value_bytes,
   return clamped;
 }
 
+std::size_t compressed_size(std::span<const Byte> bytes, int strategy) {
+  constexpr int window_bits = 15, memory_level = 8;  // as libpng has them
+  z_stream stream{};
+  if (deflateInit2(&stream, compression, Z_DEFLATED, window_bits, memory_level, strategy) != Z_OK)
+    throw IoError("no memory to write a picture");
+  std::vector<Byte> room(deflateBound(&stream, uLong(bytes.size())));
+  stream.next_in = const_cast<Byte*>(bytes.data());
+  stream.avail_in = uInt(bytes.size());
+  stream.next_out = room.data();
+  stream.avail_out = uInt(room.size());
+  deflate(&stream, Z_FINISH);
+  deflateEnd(&stream);
+  return std::size_t(stream.total_out);
+}
+
+/// Noise, and most photographs, hold little that comes again but runs of a value: to look for more takes three times
+/// as long. Told by a few rows of three places, as differences from pixel to pixel.
+int strategy_for(const Image<float>& pixels, int value_bytes) {
+  constexpr int places = 3, rows = 8;
+  constexpr double most = 1.01;  // times the size of what is looked for in full
+  const std::size_t row_values = std::size_t(pixels.width()) * pixels.channels();
+  const std::size_t row_bytes = row_values * value_bytes, pixel_bytes = std::size_t(pixels.channels()) * value_bytes;
+  std::vector<Byte> row(row_bytes), sample;
+  std::vector<std::byte> stored;
+  for (int place = 0; place < places; ++place) {
+    const int first = int(std::int64_t(pixels.height()) * (2 * place + 1) / (2 * places));
+    for (int y = first; y < std::min(first + rows, pixels.height()); ++y) {
+      to_bytes(pixels.values().subspan(row_values * y, row_values), value_bytes, stored, row.data());
+      for (std::size_t i = 0; i < row_bytes; ++i)
+        sample.push_back(Byte(row[i] - (i < pixel_bytes ? 0 : row[i - pixel_bytes])));
+    }
+  }
+  const auto size = [&](int strategy) { return double(compressed_size(sample, strategy)); };
+  return size(Z_RLE) <= most * size(Z_FILTERED) ? Z_RLE : Z_FILTERED;
+}
+
 }  // namespace
 
 std::optional<PictureInfo> plain_png_info(std::span<const std::byte> bytes) {
@@ -268,7 +307,7 @@ EncodedPicture plain_png_bytes(const Texture& texture, const std::string& name,
   const std::size_t row_values = std::size_t(pixels.width()) * channels;
   EncodedPicture encoded;
   PngWriter writer(encoded.bytes);
-  writer.begin(pixels.width(), pixels.height(), channels, value_bytes);
+  writer.begin(pixels.width(), pixels.height(), channels, value_bytes, strategy_for(pixels, value_bytes));
   std::vector<Byte> row(row_values * value_bytes);
   std::vector<std::byte> stored;
   std::int64_t clamped = 0;

@@ -70,15 +70,18 @@ BlockOrder order_blocks(const SparseMatrix& A, const std::vector<int>& starts,
   const Writers writers(A.rows(), order.begins, starts, unknowns);
   std::vector<int> colour(count, -1), taken;
   std::vector<int> seen(A.rows(), -1);  // the last block that asked for a column
+  std::vector<int> read(A.rows(), -1);  // and that has the row: items of a block share most of theirs
   int colour_count = 0;
   for (int b = 0; b < count; ++b) {
     taken.assign(colour_count + 1, 0);
-    for (int i = starts[order.begins[b]]; i < starts[order.begins[b + 1]]; ++i)
+    for (int i = starts[order.begins[b]]; i < starts[order.begins[b + 1]]; ++i) {
+      if (std::exchange(read[unknowns[i]], b) == b) continue;
       for (SparseMatrix::InnerIterator entry(A, unknowns[i]); entry; ++entry) {
         if (std::exchange(seen[entry.col()], b) == b) continue;
         for (int w = writers.starts[entry.col()]; w < writers.starts[entry.col() + 1]; ++w)
           if (const int c = colour[writers.blocks[w]]; c >= 0) taken[c] = 1;
       }
+    }
     colour[b] = int(std::find(taken.begin(), taken.end(), 0) - taken.begin());
     colour_count = std::max(colour_count, colour[b] + 1);
   }

@@ -27,22 +27,6 @@ std::vector<int> positions_of(const StencilLayout& layout) {
   return position;
 }
 
-/// Replaces the symmetric positive definite n × n matrix `a` by its inverse (Gauss and Jordan;
-/// pivots of such a matrix need no exchange).
-void invert(std::vector<double>& a, int n) {
-  for (int k = 0; k < n; ++k) {
-    const double inverse = 1 / a[k * n + k];
-    a[k * n + k] = 1;
-    for (int j = 0; j < n; ++j) a[k * n + j] *= inverse;
-    for (int i = 0; i < n; ++i) {
-      if (i == k) continue;
-      const double factor = a[i * n + k];
-      a[i * n + k] = 0;
-      for (int j = 0; j < n; ++j) a[i * n + j] -= factor * a[k * n + j];
-    }
-  }
-}
-
 /// Orders rows (positions) in each block so that consecutive ones do not couple where that can be
 /// had: by greedy colours within the block. A processor then overlaps their updates.
 void interleave(const SparseMatrix& A, const StencilLayout& layout,
@@ -210,26 +194,27 @@ void PatchSmoother::set_values(const SparseMatrix& A, const StencilLayout& layou
       count(),
       [&](std::int64_t p) {
         const int begin = starts_[p], n = starts_[p + 1] - begin;
+        const int stride = (n + PatchList::row_step - 1) / PatchList::row_step * PatchList::row_step;
         thread_local std::vector<int> place;  // per unknown its index in the patch, −1 outside
         thread_local std::vector<double> block;
         if (place.size() < std::size_t(layout.rows)) place.resize(layout.rows, -1);
-        block.assign(std::size_t(n) * n, 0);
+        block.assign(std::size_t(n) * stride, 0);
         for (int i = 0; i < n; ++i) place[layout.listed(members_[begin + i])] = i;
         for (int i = 0; i < n; ++i) {
           const int k = layout.listed(members_[begin + i]);
-          for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry)
-            if (const int j = place[entry.col()]; j >= 0)
-              block[i * n + j] = scaling(k, entry.col()) * entry.value();
+          for (int e = A.outerIndexPtr()[k]; e < A.outerIndexPtr()[k + 1]; ++e)
+            if (const int column = A.innerIndexPtr()[e], j = place[column]; j >= 0)
+              block[i * stride + j] = scaling(k, column) * A.valuePtr()[e];
         }
         for (int i = 0; i < n; ++i) place[layout.listed(members_[begin + i])] = -1;
         for (int i = 0; i < n; ++i) {
-          double& diagonal = block[i * n + i];
+          double& diagonal = block[i * stride + i];
           diagonal = diagonal > 0 ? diagonal * (1 + shift) : 1;
         }
-        invert(block, n);
+        patch_kernels().invert(block.data(), n, stride);
         float* const values = values_.data() + inverses_[p];
         for (int i = 0; i < n; ++i)  // symmetric to the last bit, as kernels rely on
-          for (int j = 0; j <= i; ++j) values[i * n + j] = values[j * n + i] = float(block[i * n + j]);
+          for (int j = 0; j <= i; ++j) values[i * n + j] = values[j * n + i] = float(block[i * stride + j]);
       },
       64);
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "mq/linear/kernels/stencil_kernels.h"
+
 namespace mq {
 namespace {
 
@@ -17,17 +19,16 @@ class Rows {
   /// Whether four values from each of the first `count` rows are within X.
   bool whole(std::int64_t count) const { return channels == 4 || (count - 1) * stride_ <= last_; }
 
-  Double4 four(std::int64_t k) const {
-    Double4 row;
-    std::memcpy(&row, x_ + k * stride_, sizeof row);
-    return row;
-  }
   Double4 operator()(std::int64_t k) const {
-    if (whole(k + 1)) return four(k);
     Double4 row{};
-    std::memcpy(&row, x_ + k * stride_, channels * sizeof(double));
+    if (whole(k + 1))
+      std::memcpy(&row, x_ + k * stride_, sizeof row);
+    else
+      std::memcpy(&row, x_ + k * stride_, channels * sizeof(double));
     return row;
   }
+  const double* data() const { return x_; }
+  std::int64_t stride() const { return stride_; }
 
  private:
   const double* x_;
@@ -39,46 +40,31 @@ void store_rounded(const Double4& sum, std::int64_t k, LaneVector& r) {
   for (int c = 0; c < channels; ++c) r.data()[k * r.lanes() + c] = float(sum[c]);
 }
 
-/// The nine values of eight unknowns from the `begin`th of a run on, high + low in double; those beyond
-/// the run's end are read and mean nothing.
-struct StencilValues {
-  static constexpr int unknowns = 8;
-  double value[9][unknowns];
-
-  StencilValues(const StencilMatrix& high, const StencilMatrix& low, const StencilRun& run, int begin) {
-    const int k = run.first + begin, u = run.up + begin;
-    const auto fill = [&](int entry, const float* a, const float* b) {
-      for (int i = 0; i < unknowns; ++i) value[entry][i] = double(a[i]) + double(b[i]);
-    };
-    fill(0, high.south_easts(u - 1), low.south_easts(u - 1));
-    fill(1, high.souths(u), low.souths(u));
-    fill(2, high.south_wests(u + 1), low.south_wests(u + 1));
-    fill(3, high.easts(k - 1), low.easts(k - 1));
-    fill(4, high.centres(k), low.centres(k));
-    fill(5, high.easts(k), low.easts(k));
-    fill(6, high.south_wests(k), low.south_wests(k));
-    fill(7, high.souths(k), low.souths(k));
-    fill(8, high.south_easts(k), low.south_easts(k));
+/// The residual in a run where the kernel may not read whole rows, at the end of X.
+template <int channels>
+void residual_at_end(const StencilMatrix& high, const StencilMatrix& low, const StencilRun& run,
+                     const ScaledRightHandSide& B, const Rows<channels>& x, LaneVector& r) {
+  for (int i = 0; i < run.count; ++i) {
+    const int k = run.first + i, u = run.up + i, d = run.down + i;
+    const auto term = [&](float of_high, float of_low, int row) { return (double(of_high) + double(of_low)) * x(row); };
+    Double4 sum = B.row<channels>(k);
+    sum -= term(high.south_east(u - 1), low.south_east(u - 1), u - 1) + term(high.south(u), low.south(u), u) +
+           term(high.south_west(u + 1), low.south_west(u + 1), u + 1);
+    sum -= term(high.east(k - 1), low.east(k - 1), k - 1) + term(high.centre(k), low.centre(k), k) +
+           term(high.east(k), low.east(k), k + 1);
+    sum -= term(high.south_west(k), low.south_west(k), d - 1) + term(high.south(k), low.south(k), d) +
+           term(high.south_east(k), low.south_east(k), d + 1);
+    store_rounded<channels>(sum, k, r);
   }
-};
+}
 
-/// The residual in a run; x(k) is row k of X.
-template <int channels, class Row>
+template <int channels>
 void residual_of_run(const StencilMatrix& high, const StencilMatrix& low, const StencilRun& run,
-                     const ScaledRightHandSide& B, const Row& x, LaneVector& r) {
-  constexpr int step = StencilValues::unknowns;
-  for (int begin = 0; begin < run.count; begin += step) {
-    const int count = std::min(step, run.count - begin);
-    const StencilValues A(high, low, run, begin);
-    for (int i = 0; i < count; ++i) {
-      const int k = run.first + begin + i, u = run.up + begin + i, d = run.down + begin + i;
-      Double4 sum = B.row<channels>(k);
-      for (int j = 0; j < 3; ++j)
-        sum -= A.value[j][i] * x(u - 1 + j) + A.value[3 + j][i] * x(k - 1 + j) +
-               A.value[6 + j][i] * x(d - 1 + j);
-      store_rounded<channels>(sum, k, r);
-    }
-  }
+                     const ScaledRightHandSide& B, const Rows<channels>& x, LaneVector& r) {
+  if (!x.whole(std::int64_t(run.down) + run.count + 1)) return residual_at_end(high, low, run, B, x, r);
+  double product[4 * StencilLayout::max_run];
+  stencil_kernels().multiply_in_double(high.stencils(), low.stencils(), run, x.data(), x.stride(), product);
+  B.subtract<channels>(product, run.first, run.count, r.data() + std::int64_t(run.first) * r.lanes());
 }
 
 /// The same for a number of channels that the compiler knows.
@@ -88,11 +74,7 @@ void residual_of_columns(const StencilMatrix& high, const StencilMatrix& low, co
   const StencilLayout& layout = high.layout();
   const Rows<channels> rows(X, first);
   parallel_for(std::int64_t(layout.runs.size()), [&](std::int64_t i) {
-    const StencilRun& run = layout.runs[i];
-    if (rows.whole(std::int64_t(run.down) + run.count + 1))
-      residual_of_run<channels>(high, low, run, B, [&](int k) { return rows.four(k); }, r);
-    else
-      residual_of_run<channels>(high, low, run, B, rows, r);
+    residual_of_run(high, low, layout.runs[i], B, rows, r);
   }, 64);
   parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
     const StencilMatrix::Row a = high.listed_row(int(p)), b = low.listed_row(int(p));

@@ -82,6 +82,20 @@ class ScaledRightHandSide {
     return row;
   }
 
+  /// r = this − product, rounded, in rows first … first + count − 1; four values of each in `product`, and in r as many
+  /// as it has lanes.
+  template <int channels>
+  void subtract(const double* product, std::int64_t first, int count, float* r) const {
+    constexpr int lanes = channels == 1 ? 1 : 4;
+    const bool plain = mean_.empty() && scaling_.rows.empty();
+    const double* values = B_.data() + first * B_.cols() + first_;
+    for (int i = 0; i < count; ++i, values += B_.cols(), product += 4, r += lanes) {
+      const Double4 own = plain ? Double4{} : row<channels>(first + i);
+      for (int c = 0; c < channels; ++c)
+        r[c] = float((plain ? scaling_.common * values[c] : own[c]) - product[c]);
+    }
+  }
+
   /// ‖D⁻¹·‖² of each column.
   Double4 squared_norm() const {
     return parallel_sum(B_.rows(), Double4{}, [&](std::int64_t begin, std::int64_t end) {

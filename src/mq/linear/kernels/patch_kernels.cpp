@@ -1,5 +1,6 @@
 #include "mq/linear/kernels/patch_kernels.h"
 
+#include "mq/linear/kernels/double_lanes.h"
 #include "mq/linear/kernels/listed_rows.h"
 #include "mq/linear/kernels/vector_lanes.h"
 
@@ -79,8 +80,29 @@ void relax_patches(int lanes, const ListedRows& A, const PatchList& patches, con
     relax_patches_of<4>(A, patches, items, b, x);
 }
 
+/// Gauss and Jordan; pivots of such a matrix need no exchange.
+void invert(double* a, int n, int stride) {
+  double factors[PatchList::max_members];
+  for (int k = 0; k < n; ++k) {
+    double* const pivot_row = a + k * stride;
+    const double inverse = 1 / pivot_row[k];
+    for (int i = 0; i < n; ++i) {
+      factors[i] = i == k ? 0 : a[i * stride + k];
+      a[i * stride + k] = i == k ? 1 : 0;
+    }
+    for (int j = 0; j < n; j += register_doubles) {
+      const Doubles row = load(pivot_row + j) * inverse;
+      store(pivot_row + j, row);
+      for (int i = 0; i < n; ++i) {
+        double* const at = a + i * stride + j;
+        store(at, load(at) - factors[i] * row);
+      }
+    }
+  }
+}
+
 }  // namespace
 
-const PatchKernels patch_kernels = {relax_rows, relax_patches};
+const PatchKernels patch_kernels = {relax_rows, relax_patches, invert};
 
 }  // namespace mq::MARQUETRY_FORM

@@ -9,6 +9,7 @@ namespace mq {
 /// block, symmetric, row by row, from values[inverses[p]] on.
 struct PatchList {
   static constexpr int max_members = 64;
+  static constexpr int row_step = 8;
   static constexpr int margin = 16;  ///< values behind the last inverse, which are read and not used
 
   const int* starts;
@@ -30,6 +31,9 @@ struct PatchKernels {
   /// x_P += (A_PP)⁻¹ (b − A·x)_P for patches.
   void (*relax_patches)(int lanes, const ListedRows& A, const PatchList& patches,
                         const PatchItems& items, const float* b, float* x);
+  /// Replaces a symmetric positive definite matrix by its inverse: n rows of `stride` values, n at most
+  /// `max_members`, stride a multiple of `row_step`; what lies beyond the n-th of a row is 0.
+  void (*invert)(double* a, int n, int stride);
 };
 
 MARQUETRY_KERNELS(PatchKernels, patch_kernels)

@@ -8,6 +8,7 @@
 
 #include "mq/linear/kernels/stencil_kernels.h"
 
+#include "mq/linear/kernels/double_lanes.h"
 #include "mq/linear/kernels/listed_rows.h"
 #include "mq/linear/kernels/rounded.h"
 #include "mq/linear/kernels/vector_lanes.h"
@@ -291,9 +292,49 @@ void multiply_listed(int lanes, const ListedRows& A, const float* row_sums, cons
     multiply_rows<4>(A, row_sums, rows, v, sums);
 }
 
+/// A value of the matrix for each of eight unknowns, high + low.
+inline void add_up(const float* high, const float* low, double* sums) {
+  for (int i = 0; i < 8; i += register_doubles)
+    store(sums + i, __builtin_convertvector(load<register_doubles>(high + i), Doubles) +
+                        __builtin_convertvector(load<register_doubles>(low + i), Doubles));
+}
+
+void multiply_in_double(const StencilStreams& high, const StencilStreams& low, const StencilRun& run,
+                        const double* X, std::int64_t stride, double* product) {
+  typedef double Four __attribute__((vector_size(32)));
+  const auto row_of = [&](int k) {
+    Four row;
+    std::memcpy(&row, X + k * stride, sizeof row);
+    return row;
+  };
+  for (int begin = 0; begin < run.count; begin += 8) {
+    const int first = run.first + begin, up = run.up + begin, down = run.down + begin;
+    double value[9][8];
+    add_up(high.se + up - 1, low.se + up - 1, value[0]);
+    add_up(high.s + up, low.s + up, value[1]);
+    add_up(high.sw + up + 1, low.sw + up + 1, value[2]);
+    add_up(high.e + first - 1, low.e + first - 1, value[3]);
+    add_up(high.c + first, low.c + first, value[4]);
+    add_up(high.e + first, low.e + first, value[5]);
+    add_up(high.sw + first, low.sw + first, value[6]);
+    add_up(high.s + first, low.s + first, value[7]);
+    add_up(high.se + first, low.se + first, value[8]);
+    const int count = run.count - begin < 8 ? run.count - begin : 8;
+    for (int i = 0; i < count; ++i) {
+      const int rows[3] = {up + i, first + i, down + i};
+      Four parts[3] = {};
+      for (int j = 0; j < 3; ++j)
+        for (int r = 0; r < 3; ++r) parts[r] += value[3 * r + j][i] * row_of(rows[r] - 1 + j);
+      const Four sum = parts[0] + parts[1] + parts[2];
+      std::memcpy(product + 4 * (begin + i), &sum, sizeof sum);
+    }
+  }
+}
+
 }  // namespace
 
 const StencilKernels stencil_kernels = {relax<Order::forward>, relax<Order::backward>, residual,
-                                        residual_of_listed,    multiply,               multiply_listed};
+                                        residual_of_listed,    multiply,               multiply_listed,
+                                        multiply_in_double};
 
 }  // namespace mq::MARQUETRY_FORM

@@ -67,6 +67,9 @@ struct StencilKernels {
                    std::int64_t count, const ProductVectors& v, ProductSums& sums);
   void (*multiply_listed)(int lanes, const ListedRows& A, const float* row_sums,
                           const Selection& rows, const ProductVectors& v, ProductSums& sums);
+  /// (high + low)·X in a run, in double: four columns of X, whose rows are `stride` apart and all of them readable.
+  void (*multiply_in_double)(const StencilStreams& high, const StencilStreams& low, const StencilRun& run,
+                             const double* X, std::int64_t stride, double* product);
 };
 
 MARQUETRY_KERNELS(StencilKernels, stencil_kernels)
