@@ -17,6 +17,7 @@
 #include "mq/filter/reaction_diffusion.h"
 #include "mq/io/atomic_file.h"
 #include "shell/results.h"
+#include "mq/model/model_shock.h"
 #include "options/signal_options.h"
 #include "shell/verb.h"
 #include "tasks.h"
@@ -54,11 +55,8 @@ VerbTool::VerbTool(const std::string& verb, Session& session)
     if (!of_shape && !at_vertices_) refuse_as_the_verb();
   }
   require_usable(scene.defects(), scene.model.path.string());
-  const std::string each = scene.model.textures.size() > 1 ? "_%s" : "";
   texture_name_ = at_vertices_ ? session.free_name("out.ply", Outputs::Kind::model)
-                               : session.free_name(
-                                     "out" + each + (holds_numbers(scene.model) ? ".exr" : ".png"),
-                                     Outputs::Kind::pictures);
+                               : session.free_name(session.texture_file("out"), Outputs::Kind::pictures);
 }
 
 /// What the verb refuses it says itself, before it works.
@@ -103,6 +101,11 @@ std::string VerbTool::in_force(const std::string& option) const {
     const double alpha = weight_from_length(spread, scale) / scale.area;
     return option == "alpha" ? fmt::format("{:.4g}", alpha)
                              : fmt::format("{:.3g}%", 100 * std::sqrt(alpha));
+  }
+  if (verb_ == "shock" && option == "time") return plain(ShockRequest{}.time.value);
+  if (verb_ == "shock" && (option == "smooth" || option == "smooth-potential")) {
+    const Length usual = usual_shock_smoothing(scale);
+    return usual.unit == Length::Unit::texels ? fmt::format("{:g}tx", usual.value) : fmt::format("{:g}%", usual.value);
   }
   if ((option == "feed" || option == "kill") && has("preset")) {
     const auto& presets = gray_scott_presets();
@@ -256,7 +259,31 @@ void VerbTool::save(const std::string& path) {
   OptionValues saving = options_;
   saving.set("output", {path});
   saving.set("json", {"true"});  // nothing on standard output
-  save_behind(path, saver(saving));
+  save_behind(path, saver(saving), [this, of = wanted_run()] {
+    saved_run_ = of;
+    session_.kept = {};
+  });
+}
+
+/// Also of what is on its way, which took its time.
+std::string VerbTool::unsaved() const {
+  if (!has_run_ || !is_worth_asking()) return {};
+  if (is_on_its_way())
+    return wanted_run() == saved_run_ ? "" : fmt::format("what '{}' is making", tool_words(name()));
+  return !has_result() || shown_run_ == saved_run_ ? "" : fmt::format("what '{}' made", tool_words(name()));
+}
+
+std::string VerbTool::kept_as() const {
+  const bool can = session_.before && !session_.sequence && has_run_ && (has_result() || is_on_its_way());
+  return can ? session_.texture_file("out") : "";
+}
+
+void VerbTool::keep(const std::string& path) {
+  require_complete();
+  OptionValues keeping = options_;
+  keeping.set("output", {path});
+  keeping.set("json", {"true"});
+  save_behind(path, saver(keeping));
 }
 
 void VerbTool::save_behind(const std::string& path, Work work, std::function<void()> written) {
@@ -312,6 +339,8 @@ void VerbTool::frame() {
     const Save save = std::move(saves_.front());
     saves_.pop_front();
     if (save.written) save.written();
+  } else if (has_run_ && !stopped_) {
+    shown_run_ = runs_;
   }
   if (stale_ && !stopped_ && !complete()) show_nothing();
   if (stale_ && !stopped_) {
@@ -321,6 +350,7 @@ void VerbTool::frame() {
       other_run_ = at_newest_ = true;
     }
     has_run_ = true;
+    ++runs_;
     before_make(options_);
     background_.start(
         [this, options = options_](const Progress& progress) { make(options, progress); });
