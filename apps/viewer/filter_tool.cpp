@@ -30,6 +30,7 @@ constexpr const char* first_length_at_vertices = "1%";
 
 FilterTool::FilterTool(Session& session, Begins begins)
     : session_(session), begins_(begins), options_(options_for("filter", session)) {
+  if (begins == Begins::everywhere) brush_ = Brush::erase;
   const TexturedModel& scene = *session.scene;
   require_usable(scene.defects(), scene.model.path.string());
   options_.set("beta", {first_beta});

@@ -41,6 +41,16 @@ std::string with_folder(const std::string& said) {
   return wrote + file.filename().string() + " in " + folder.lexically_normal().string();
 }
 
+/// What is said of a file of the window's own is said without its folder; false: it is not worth saying.
+bool without_own_folder(std::string& said) {
+  const std::size_t at = said.find(temporary_place().string() + "/marquetry-view-");
+  if (at == std::string::npos) return true;
+  if (said.starts_with("wrote ")) return false;
+  const std::size_t end = std::min(said.find_first_of(" :", at), said.size());
+  said.erase(at, said.rfind('/', end) + 1 - at);
+  return true;
+}
+
 std::unique_ptr<LoadedModel> no_model() {
   return std::make_unique<LoadedModel>(TexturedModel(), TextureSet::largest_side(), Progress());
 }
@@ -161,8 +171,7 @@ void Session::listen() {
   constexpr std::size_t most = 12;
   const std::lock_guard lock(heard_mutex_);
   for (std::string& text : heard_) {
-    if (text.starts_with("wrote ") && text.find(temporary_place().string() + "/marquetry-view-") != std::string::npos)
-      continue;  // the window's own
+    if (!without_own_folder(text)) continue;
     text = with_folder(text);
     std::erase_if(news, [&](const News& old) { return old.text == text; });
     if (news.size() == most) news.erase(news.begin());

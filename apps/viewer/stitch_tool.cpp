@@ -71,8 +71,9 @@ void StitchTool::panel() {
     forget_others();
     choices();
   } else {
-    remark(with_cameras_ ? "Name the cameras' file, then begin; then paint on the model from which "
-                           "photograph it comes."
+    remark(has_photographs() ? "Begin; then paint on the model from which photograph it comes."
+           : with_cameras_   ? "Name the cameras' file, then begin; then paint on the model from which "
+                               "photograph it comes."
                          : "Name photographs that are textures of this model, then begin; then paint "
                            "on the model from which of them it comes.");
   }

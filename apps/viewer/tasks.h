@@ -34,7 +34,7 @@ struct ChangeWords {
 };
 
 inline constexpr std::array<ChangeWords, 7> change_words = {{
-    {"detail", "detail", "bring out or smooth it now"},
+    {"detail", "smooth, sharpen", "smooth or sharpen it now"},
     {"denoise", "take noise off", "take noise off now"},
     {"seams", "close seams", "close seams now"},
     {"shock", "crisp edges", "sharpen edges now"},

@@ -85,6 +85,7 @@ void Viewer::save_kept() {
 
 void Viewer::kept_controls() {
   if (session_.kept.words.empty()) return;
+  ImGui::Separator();
   remark("On the model: " + session_.kept.words + ", not saved.");
   if (!(tool_ && tool_->has_changed()) && ImGui::SmallButton("save it")) tried(session_, [&] { save_kept(); });
 }

@@ -40,7 +40,6 @@ void Viewer::panel(float width, float height) {
   remark(fmt::format("{} triangles{}", counted(scene.surface.triangle_count()),
                      scene.atlas ? fmt::format(", {} charts", counted(std::ssize(scene.atlas->charts)))
                                  : ", no texture coordinates"));
-  kept_controls();
   task_controls();
   ImGui::Separator();
   remark(task_words[std::size_t(task_)].help);
@@ -57,6 +56,7 @@ void Viewer::panel(float width, float height) {
   }
   ImGui::PopID();
   loading_controls();
+  kept_controls();
   panel_footer();
   ImGui::PopItemWidth();
   ImGui::End();
