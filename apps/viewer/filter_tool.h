@@ -34,7 +34,9 @@ class FilterTool : public Tool {
   void press(const Pick& pick) override;
   void drag(const Pick& pick) override;
   bool takes_mouse() const override { return begins_ == Begins::nowhere || !nothing_painted(); }
-  std::string too_early() const override { return ready_ || !takes_mouse() ? "" : "the brush is still being prepared: wait a moment"; }
+  std::string too_early() const override {
+    return ready_ || !takes_mouse() ? "" : "the brush is still being prepared: wait a moment";
+  }
   void release() override;
   void undo() override;
   void redo() override;

@@ -93,7 +93,8 @@ std::string FilterTool::saving() const {
 std::string FilterTool::unsaved() const {
   const std::lock_guard lock(mutex_);
   const bool kept = !saved_mask_.empty() || saved_version_ == wanted_.version;
-  return nothing_painted() || kept ? "" : begins_ == Begins::nowhere ? "what was painted with the filter" : "what 'smooth, sharpen' made";
+  if (nothing_painted() || kept) return {};
+  return begins_ == Begins::nowhere ? "what was painted with the filter" : "what 'smooth, sharpen' made";
 }
 
 std::string FilterTool::kept_as() const {

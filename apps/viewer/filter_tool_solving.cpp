@@ -137,7 +137,8 @@ void FilterTool::settle(const Progress& progress) {
     const SolveReport report = live_->settle(few, solving(from, from + 0.3 * (last_cycles - from), progress));
     progress.check();
     reduction_ *= std::clamp(report.residuals.empty() ? 0.5 : report.residuals.back(), 1e-12, 0.999);
-    solved_ = std::max(solved_.load(), from + (last_cycles - from) * std::min(1.0, std::log(reduction_) / std::log(1e-6)));
+    const double part = std::min(1.0, std::log(reduction_) / std::log(settling.tolerance));
+    solved_ = std::max(solved_.load(), from + (last_cycles - from) * part);
     if (report.converged) live_->settle(settling_to_the_end, solving(last_cycles, 1, progress));
     progress.check();
     ++rounds_;

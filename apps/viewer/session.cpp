@@ -93,8 +93,10 @@ void Session::open(std::unique_ptr<LoadedModel> other) {
   if (other->opened) opened = *other->opened;
   sequence = other->sequence;
   frame = other->frame;
-  if (other_mesh) photographs.clear();
-  if (other->opened) kept = {};
+  if (other->opened) {
+    photographs.clear();
+    kept = {};
+  }
   folder = folder_for(scene->model.path);
   empty = false;
   if (other_mesh || (other->opened && !lacking_for(look.paint).empty())) choose_paint();

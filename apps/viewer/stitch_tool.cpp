@@ -136,7 +136,8 @@ void StitchTool::ask_for_photographs() {
                                              : "add photographs ...";
   if ((!ready_ || !with_cameras_) && ImGui::Button(words, {-1, 0}))
     tried(session_, [&] {
-      session_.ask_for_files(with_cameras_ ? FileKind::cameras : FileKind::pictures, [this, chosen](std::vector<std::string> files) {
+      const FileKind kind = with_cameras_ ? FileKind::cameras : FileKind::pictures;
+      session_.ask_for_files(kind, [this, chosen](std::vector<std::string> files) {
         if (!with_cameras_) files.insert(files.begin(), chosen.begin(), chosen.end());
         change(photographs_option(), files);
       });

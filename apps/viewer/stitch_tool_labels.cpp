@@ -64,7 +64,8 @@ void StitchTool::save() {
 std::string StitchTool::unsaved() const {
   const std::string made = VerbTool::unsaved();
   if (is_saved()) return made;
-  return made.empty() ? "which photograph was chosen where" : "which photograph was chosen where, nor the texture made of it";
+  return made.empty() ? "which photograph was chosen where"
+                      : "which photograph was chosen where, nor the texture made of it";
 }
 
 /// What was chosen goes with the command, saved or not.

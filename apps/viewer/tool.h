@@ -78,7 +78,8 @@ class Tool {
   virtual bool has_changed() const { return false; }
   /// What the files are called that `keep` writes, "out.png"; empty: it makes no textures for the model that is open.
   virtual std::string kept_as() const { return {}; }
-  /// Begins to write what it made to `path`, for the model to have it as its textures; `saving` tells when that is done.
+  /// Begins to write what it made to `path`, for the model to have it as its textures; `saving` tells when that is
+  /// done.
   virtual void keep(const std::string& path) { (void)path; }
 
   /// What it did, for the report.

@@ -111,7 +111,8 @@ void Viewer::set_theme(Theme theme) {
 
 std::string Viewer::title() const {
   if (session_.empty) return "marquetry";
-  return (!unsaved(Leaving::model).empty() ? "* " : "") + session_.scene->model.path.filename().string() + " - marquetry";
+  const std::string mark = unsaved(Leaving::model).empty() ? "" : "* ";
+  return mark + session_.scene->model.path.filename().string() + " - marquetry";
 }
 
 void Viewer::frame(const ScriptedInput* scripted) {

@@ -1,5 +1,5 @@
-// What a tool made as the model's texture, which the next one begins with: written to files of the window's own, and the
-// model opened with these, so that what tools do, and the verbs behind them, is what they do with any files.
+// What a tool made as the model's texture, which the next one begins with: written to files of the window's own, and
+// the model opened with these, so that what tools do, and the verbs behind them, is what they do with any files.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -59,7 +59,9 @@ void Viewer::adopt_kept() {
   change_tool("none");
   tour_.stop();
   pick_ = {};
+  auto photographs = session_.photographs;  // stay as long as the model
   session_.open(loader_.take());
+  session_.photographs = std::move(photographs);
   session_.kept = kept;
   session_.say("kept on the model, and not saved: " + kept.words);
   act();

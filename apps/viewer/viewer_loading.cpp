@@ -107,7 +107,8 @@ void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
   if (!other) return;
   session_.refusal.clear();
   if (other_mesh) photographs_tool_ = "texture";
-  std::erase_if(session_.news, [&](const Session::News& one) { return one.since.seconds() > asked_to_open_.seconds(); });
+  const double before = asked_to_open_.seconds();
+  std::erase_if(session_.news, [&](const Session::News& one) { return one.since.seconds() > before; });
   picture_name_ = session_.free_file("view.png");
   app::describe_input(session_.run, *session_.scene);
   opened_ = true;

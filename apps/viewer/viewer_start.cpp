@@ -168,7 +168,8 @@ void Viewer::path_question() {
   ImGui::InputText("##path", &to_open_, ImGuiInputTextFlags_AutoSelectAll);
   bool open_it = false;
   const Files chosen = parted(to_open_);
-  const fs::path named = fs::path(chosen.empty() ? "" : chosen.back()).parent_path(), folder = named.empty() ? "." : named;
+  const fs::path named = fs::path(chosen.empty() ? "" : chosen.back()).parent_path();
+  const fs::path folder = named.empty() ? "." : named;
   ImGui::BeginChild("files", {scaled(480), scaled(260)}, true);
   if (ImGui::Selectable("../", false, ImGuiSelectableFlags_DontClosePopups))
     to_open_ = (folder.parent_path() / "").string();

@@ -206,10 +206,10 @@ void Viewer::photograph_controls() {
   ImGui::RadioButton("none: the charts of the texture alone", &kind, 2);
   if (kind != was) tried(session_, [&] { take_tool(tools[kind]); });
   if (!tool_) remark("The model needs texture coordinates and a texture for that.");
-  const bool has_photographs = std::ranges::any_of(session_.photographs, [](const auto& one) { return !one.second.empty(); });
-  if (kind == 0 && !has_photographs && !has_changed()) {
+  if (kind == 0 && session_.photographs.empty() && !has_changed()) {
     if (ImGui::Button("try it with a sample", {-1, 0})) tried(session_, [&] { open_sample("photographs"); });
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("opens the sample of an owl, with six photographs of it and their cameras");
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("opens the sample of an owl, with six photographs of it and their cameras");
   }
   tool_controls();
 }

@@ -55,6 +55,9 @@ class Window : public Display {
     });
     ImGui_ImplGlfw_InitForOpenGL(window_, false);
     listen();
+    double x = 0, y = 0;
+    glfwGetCursorPos(window_, &x, &y);
+    told_ = {float(x), float(y)};
   }
 
   ~Window() override {
@@ -104,12 +107,13 @@ class Window : public Display {
   /// What mouse and keyboard did, in its order.
   struct Event {
     enum class What { moves, leaves, button, wheel, key, character } what;
-    Point at = {};                              ///< the mouse; of the wheel, how far
+    Point at = {};                                     ///< the mouse; of the wheel, how far
     int code = 0, scancode = 0, action = 0, with = 0;  ///< as GLFW tells them
     unsigned character = 0;
   };
   static constexpr int buttons = 3;
-  static constexpr Point nowhere = {std::numeric_limits<float>::lowest(), std::numeric_limits<float>::lowest()};  ///< ImGui's
+  static constexpr float beyond = std::numeric_limits<float>::lowest();
+  static constexpr Point nowhere = {beyond, beyond};  ///< as ImGui has it
 
   void listen() {
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int scancode, int action, int with) {
@@ -121,16 +125,15 @@ class Window : public Display {
     });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int with) {
       if (button >= buttons) return;
-      double x = 0, y = 0;
-      glfwGetCursorPos(window, &x, &y);
       of(window).events_.push_back({.what = Event::What::button,
-                                    .at = {float(x), float(y)},
+                                    .at = of(window).told_,
                                     .code = button,
                                     .action = action,
                                     .with = with});
     });
     glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
-      of(window).events_.push_back({.what = Event::What::moves, .at = {float(x), float(y)}});
+      of(window).told_ = {float(x), float(y)};
+      of(window).events_.push_back({.what = Event::What::moves, .at = of(window).told_});
     });
     glfwSetScrollCallback(window_, [](GLFWwindow* window, double x, double y) {
       of(window).events_.push_back({.what = Event::What::wheel, .at = {float(x), float(y)}});
@@ -236,6 +239,7 @@ class Window : public Display {
   std::vector<Point> trail_;
   std::deque<Event> events_;  ///< that are still to be handed over
   Point mouse_ = nowhere;
+  Point told_ = nowhere;  ///< by the last move; asked for, GLFW tells where the mouse is by now
   bool down_[buttons] = {};
 };
 

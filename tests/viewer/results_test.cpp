@@ -1,5 +1,5 @@
-// What tools made: asked for before it is lost, and kept for the next one to begin with. And what is shown of a model that is
-// opened.
+// What tools made: asked for before it is lost, and kept for the next one to begin with. And what is shown of a model
+// that is opened.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
