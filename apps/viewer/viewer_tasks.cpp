@@ -124,7 +124,8 @@ void Viewer::compare_controls() {
   else
     remark(fmt::format("Nothing is changed yet: '{}' is still at work.", tool_words(tool_name_)));
   if (tool_name_ != "compare" && has_changed())
-    remark(fmt::format("Left of the line: as it was opened. Right of it: what '{}' made.", tool_words(tool_name_)));
+    remark(fmt::format("Left of the line: as it was {}. Right of it: what '{}' made.",
+                       session_.kept.words.empty() ? "opened" : "kept on the model", tool_words(tool_name_)));
   if (!session_.before) {
     remark("The model has no textures to compare others with.");
     return;
