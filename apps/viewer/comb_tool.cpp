@@ -60,9 +60,15 @@ class CombTool : public VerbTool {
     return all;
   }
   std::string unsaved() const override {
-    return done_ == 0 || !saved_as_.empty() ? "" : counted(std::int64_t(done_), "stroke");
+    const std::string made = VerbTool::unsaved();
+    if (done_ == 0 || !saved_as_.empty()) return made;
+    return counted(std::int64_t(done_), "stroke") + (made.empty() ? "" : ", nor " + made);
   }
-  void save() override { save_strokes(strokes_name_); }
+  void save() override {
+    const bool made = VerbTool::unsaved().empty(), strokes = done_ > 0 && saved_as_.empty();
+    if (strokes) save_strokes(strokes_name_);
+    if (!made || !strokes) VerbTool::save();
+  }
 
   bool command(const std::vector<std::string>& words) override {
     if (words[0] == "undo")
@@ -89,13 +95,15 @@ class CombTool : public VerbTool {
     saved_as_.clear();
     if (done_ == 0) {
       change("by", {});
-      return change("field", {});
+      change("field", {});
+      return make_again();
     }
     // Another name each time: a run in progress reads its own.
     const std::filesystem::path file = folder() / fmt::format("strokes_{}.json", ++files_);
     write_field_strokes(file, std::span(strokes_).first(done_));
     if (!at_vertices()) change("by", {"paths"});
     change("field", {file.string()});
+    make_again();
   }
 
   void save_strokes(const std::string& path) {

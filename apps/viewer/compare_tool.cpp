@@ -62,6 +62,7 @@ class CompareTool : public Tool {
     found_ = std::move(compared_);
   }
   bool busy() const override { return background_.busy() || read_; }
+  bool has_changed() const override { return session_.result != nullptr; }
   double fraction() const override { return background_.fraction(); }
   std::string step() const override { return background_.step(); }
   void stop() override { background_.stop(); }

@@ -54,7 +54,18 @@ std::string label_of(const Option& option, std::string words) {
   return words + "###" + option.name;
 }
 
-bool edit_number(OptionValues& values, const Option& option, const std::string& text, const std::string& label) {
+/// Where an option allows much more than anybody wants, the slider has a hundredth to a hundred times what is usual.
+SliderRange range_of(const Option& option, double value, const std::string& usual) {
+  constexpr double factor = 100;
+  const bool wide = option.most > 1 && option.most / std::max(option.least, 1e-3) > 200;
+  const double middle = std::atof(usual.empty() ? option.default_value.c_str() : usual.c_str());
+  if (!wide || !(middle > 0)) return {option.least, option.most, wide};
+  return {std::max(option.least, std::min(middle / factor, value)),
+          std::min(option.most, std::max(middle * factor, value)), true};
+}
+
+bool edit_number(OptionValues& values, const Option& option, const std::string& text, const std::string& label,
+                 const std::string& usual) {
   double value = text.empty() ? 0 : std::atof(text.c_str());
   const bool bounded = std::isfinite(option.least) && std::isfinite(option.most);
   bool changed = false;
@@ -69,9 +80,8 @@ bool edit_number(OptionValues& values, const Option& option, const std::string& 
     return changed && take(values, option.name, {std::to_string(whole)});
   }
   if (bounded) {
-    const bool wide = option.most > 1 && option.most / std::max(option.least, 1e-3) > 200;
     const std::string unit = option.unit.empty() ? "" : " " + option.unit;
-    changed = slider(label.c_str(), value, {option.least, option.most, wide},
+    changed = slider(label.c_str(), value, range_of(option, value, usual),
                      text.empty() ? not_given : plain(value) + unit);
   } else {
     auto typed = float(value);
@@ -169,7 +179,7 @@ bool edit(OptionValues& values, const std::string& name, const std::string& in_f
       return changed && take(values, name, {on ? "true" : "false"});
     }
     case Option::Type::integer:
-    case Option::Type::number: return edit_number(values, option, text, label) || give_up(values, option);
+    case Option::Type::number: return edit_number(values, option, text, label, in_force) || give_up(values, option);
     case Option::Type::length: return edit_length(values, option, text, label) || give_up(values, option);
     case Option::Type::choice: return edit_choice(values, option, label);
     case Option::Type::text:

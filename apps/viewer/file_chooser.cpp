@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
@@ -32,24 +33,38 @@ std::string found(const std::string& name) {
   return {};
 }
 
-/// The dialog's words: several files, one a line.
-std::vector<std::string> words() {
-  if (std::string zenity = found("zenity"); !zenity.empty())
-    return {zenity, "--file-selection", "--multiple", "--separator=\n", "--title=Open a model"};
-  if (std::string kdialog = found("kdialog"); !kdialog.empty())
-    return {kdialog, "--title", "Open a model", "--multiple", "--separate-output",
-            "--getopenfilename", "."};
-  return {};
+/// The program there is for dialogs; empty: none.
+std::string program() {
+  const std::string zenity = found("zenity");
+  return zenity.empty() ? found("kdialog") : zenity;
+}
+
+/// The dialog's words, which answers with one file a line.
+std::vector<std::string> words(FileKind kind) {
+  const FileKindWords& of_kind = words_of(kind);
+  const std::string patterns = fmt::format("{}", fmt::join(patterns_of(kind), " "));
+  std::vector<std::string> command = {program()};
+  if (command.front().ends_with("zenity")) {
+    command.insert(command.end(), {"--file-selection", "--separator=\n", std::string("--title=") + of_kind.title,
+                                   fmt::format("--file-filter={} | {}", of_kind.files, patterns),
+                                   "--file-filter=all files | *"});
+    if (of_kind.several) command.emplace_back("--multiple");
+  } else {
+    command.insert(command.end(), {"--title", of_kind.title});
+    if (of_kind.several) command.insert(command.end(), {"--multiple", "--separate-output"});
+    command.insert(command.end(), {"--getopenfilename", ".", fmt::format("{} ({})", of_kind.files, patterns)});
+  }
+  return command;
 }
 
 }  // namespace
 
-bool FileChooser::there() { return !words().empty(); }
+bool FileChooser::there() { return !program().empty(); }
 
-void FileChooser::ask() {
+void FileChooser::ask(FileKind kind) {
   close();
-  std::vector<std::string> command = words();
-  require(!command.empty(), "there is neither zenity nor kdialog: name the file instead");
+  require(there(), "there is neither zenity nor kdialog: name the file instead");
+  std::vector<std::string> command = words(kind);
   int ends[2] = {-1, -1};
   if (pipe2(ends, O_CLOEXEC) != 0) throw IoError(std::string("a dialog cannot be shown: ") + std::strerror(errno));
   std::vector<char*> argv;

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "file_kind.h"
+
 namespace mq::view {
 
 /// The dialog runs beside the window, which stays alive. One at a time.
@@ -22,7 +24,7 @@ class FileChooser {
   static bool there();
 
   /// Shows the dialog. Throws `IoError` where it cannot be started.
-  void ask();
+  void ask(FileKind kind);
   bool open() const { return child_ > 0; }
   /// Once a person has chosen, or chosen nothing: the files. Nothing before.
   std::optional<std::vector<std::string>> chosen();

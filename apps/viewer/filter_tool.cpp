@@ -28,20 +28,17 @@ constexpr const char* first_length_at_vertices = "1%";
 
 }  // namespace
 
-FilterTool::FilterTool(Session& session)
-    : session_(session), options_(options_for("filter", session)) {
+FilterTool::FilterTool(Session& session, Begins begins)
+    : session_(session), begins_(begins), options_(options_for("filter", session)) {
+  if (begins == Begins::everywhere) brush_ = Brush::erase;
   const TexturedModel& scene = *session.scene;
   require_usable(scene.defects(), scene.model.path.string());
   options_.set("beta", {first_beta});
   options_.set("length", {at_vertices() ? first_length_at_vertices : first_length});
   const auto kind = at_vertices() ? Outputs::Kind::model : Outputs::Kind::pictures;
-  const std::string each = session.before && session.before->size() > 1 ? "_%s" : "";
+  const std::string each = scene.model.textures.size() > 1 ? "_%s" : "";
   mask_name_ = session.free_name("mask" + each + (at_vertices() ? ".ply" : ".png"), kind);
-  texture_name_ = session.free_name("filtered" + each +
-                                        (at_vertices()                ? ".ply"
-                                         : holds_numbers(scene.model) ? ".exr"
-                                                                      : ".png"),
-                                    kind);
+  texture_name_ = session.free_name(at_vertices() ? "filtered.ply" : session.texture_file("filtered"), kind);
   options_.set("output", {texture_name_});
 }
 
@@ -176,6 +173,10 @@ bool FilterTool::command(const std::vector<std::string>& words) {
   const std::string& what = words[0];
   require_ready();
   if (brush_command(words)) return true;
+  if (what == "run" && begins_ == Begins::everywhere) {
+    fill(full);
+    return true;
+  }
   if (what == "set") {
     require(words.size() == 3,
             fmt::format("set {}: found {} values, wanted one", words[1], words.size() - 2));

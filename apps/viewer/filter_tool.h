@@ -12,6 +12,7 @@
 
 #include "background.h"
 #include "mq/base/length.h"
+#include "mq/base/stopwatch.h"
 #include "mq/filter/live_modulation.h"
 #include "mq/image/histogram.h"
 #include "paint_target.h"
@@ -22,16 +23,20 @@ namespace mq::view {
 
 class FilterTool : public Tool {
  public:
+  /// Where it works first: where one paints, or everywhere at once, by a button. The second is called detail.
+  enum class Begins { nowhere, everywhere };
   /// Of what `can_be_painted`. Throws `InvalidInput` where the model has refused defects.
-  explicit FilterTool(Session& session);
+  FilterTool(Session& session, Begins begins);
   ~FilterTool() override { background_.stop(); }
 
-  std::string name() const override { return "filter"; }
+  std::string name() const override { return begins_ == Begins::nowhere ? "filter" : "detail"; }
   void panel() override;
   void press(const Pick& pick) override;
   void drag(const Pick& pick) override;
-  bool takes_mouse() const override { return true; }
-  std::string too_early() const override { return ready_ ? "" : "the brush is still being prepared: wait a moment"; }
+  bool takes_mouse() const override { return begins_ == Begins::nowhere || !nothing_painted(); }
+  std::string too_early() const override {
+    return ready_ || !takes_mouse() ? "" : "the brush is still being prepared: wait a moment";
+  }
   void release() override;
   void undo() override;
   void redo() override;
@@ -42,8 +47,9 @@ class FilterTool : public Tool {
   bool command(const std::vector<std::string>& words) override;
   void frame() override;
   bool busy() const override { return background_.busy() || has_work() || has_written(); }
-  double fraction() const override { return background_.fraction(); }
-  std::string step() const override { return background_.step(); }
+  double fraction() const override { return ready_ ? solved_.load() : background_.fraction(); }
+  std::string step() const override { return ready_ ? "solve" : background_.step(); }
+  std::string working() const override;
   void stop() override;
   void cancel() override {
     background_.cancel();
@@ -52,6 +58,9 @@ class FilterTool : public Tool {
   void save() override { save_texture(texture_name_); }
   std::string saving() const override;
   std::string unsaved() const override;
+  bool has_changed() const override { return !nothing_painted(); }
+  std::string kept_as() const override;
+  void keep(const std::string& path) override;
   nlohmann::ordered_json report() const override;
 
  private:
@@ -112,6 +121,7 @@ class FilterTool : public Tool {
   bool at_vertices() const { return !session_.before; }
 
   // filter_tool_panel.cpp
+  void whole_controls();
   void strength_controls();
   void brush_controls();
   void more_controls();
@@ -147,6 +157,12 @@ class FilterTool : public Tool {
   void prepare(const Progress& progress);
   void work(const Progress& progress);
   bool step_on(Wanted wanted, const Progress& progress);
+  void make_live(const Wanted& wanted, const Progress& progress);
+  void settle(const Progress& progress);
+  void begin_solving();
+  /// A part of what is solved for since something was changed last: how far it is from `from` to `to`, by its own
+  /// progress.
+  Progress solving(double from, double to, const Progress& progress);
   void follow(const Wanted& wanted);
   enum class Extent { all, followed };
   void show(Extent extent);
@@ -156,6 +172,7 @@ class FilterTool : public Tool {
   }
 
   Session& session_;
+  const Begins begins_;
   OptionValues options_;  ///< of the verb
   std::unique_ptr<app::Run> run_;
   SurfaceScale scale_{1, 1};  ///< of what the unknowns cover, once `ready_`
@@ -178,9 +195,13 @@ class FilterTool : public Tool {
   std::atomic<bool> ready_ = false, settled_ = false, stopped_ = false;
   std::atomic<bool> brushing_ = false;  ///< the button is down: what is far from the brush can wait
   std::atomic<int> saved_version_ = 0;  ///< of what was wanted, of the texture last saved
+  int noted_version_ = 0;               ///< the same, as the window's thread last looked
   std::atomic<bool> hurry_ = false;     ///< something new is wanted while the whole is being solved
   mutable std::mutex mutex_;
   Wanted wanted_;  ///< guarded
+  std::atomic<double> solved_ = 0;  ///< what part of all that was changed last
+  Stopwatch solving_since_;         ///< guarded
+  double reduction_ = 1;            ///< of the residual, since then
   std::vector<Timing> timings_;
   std::vector<double> touches_;  ///< seconds, of finding what is under the brush
   int rounds_ = 0;

@@ -8,6 +8,7 @@
 #include "controls.h"
 #include "filter_tool.h"
 #include "mq/base/error.h"
+#include "tasks.h"
 #include "theme.h"
 
 namespace mq::view {
@@ -18,14 +19,30 @@ void FilterTool::panel() {
     ImGui::TextUnformatted("getting ready ...");
     return;
   }
-  brush_controls();
-  strength_controls();
+  if (begins_ == Begins::everywhere) {
+    whole_controls();
+  } else {
+    brush_controls();
+    strength_controls();
+  }
   ImGui::BeginDisabled(nothing_painted());
   if (ask_to_save(session_, at_vertices() ? "model" : "texture", texture_name_))
     tried(session_, [&] { save_texture(texture_name_); });
   ImGui::EndDisabled();
   histogram_controls();
   if (ImGui::CollapsingHeader("more")) more_controls();
+}
+
+/// The brush comes once there is something that it can take away here and there.
+void FilterTool::whole_controls() {
+  strength_controls();
+  remark("Above 0 % detail comes out more clearly, below it is smoothed.");
+  ImGui::BeginDisabled(!nothing_painted());
+  if (ImGui::Button(run_words(name()).c_str(), {-1, 0})) tried(session_, [&] { fill(full); });
+  ImGui::EndDisabled();
+  if (nothing_painted()) return;
+  remark("The brush erases it again where it should not be.");
+  brush_controls();
 }
 
 void FilterTool::brush_controls() {

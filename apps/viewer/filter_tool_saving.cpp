@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "filter_tool.h"
 #include "mq/base/error.h"
@@ -66,6 +67,7 @@ void FilterTool::take_note_of_written() {
     const std::lock_guard lock(mutex_);
     written.swap(written_);
   }
+  if (const int saved = saved_version_; std::exchange(noted_version_, saved) != saved) session_.kept = {};
   for (const Save& save : written) {
     std::vector<std::string> names;
     for (const auto& file : save.masks) names.push_back(file.string());
@@ -91,7 +93,19 @@ std::string FilterTool::saving() const {
 std::string FilterTool::unsaved() const {
   const std::lock_guard lock(mutex_);
   const bool kept = !saved_mask_.empty() || saved_version_ == wanted_.version;
-  return nothing_painted() || kept ? "" : "what was painted with the filter";
+  if (nothing_painted() || kept) return {};
+  return begins_ == Begins::nowhere ? "what was painted with the filter" : "what 'smooth, sharpen' made";
+}
+
+std::string FilterTool::kept_as() const {
+  return nothing_painted() || at_vertices() || session_.sequence ? "" : session_.texture_file("filtered");
+}
+
+void FilterTool::keep(const std::string& path) {
+  require_ready();
+  const std::lock_guard lock(mutex_);
+  saves_.emplace_back().path = path;
+  stopped_ = false;
 }
 
 /// Whether there was one to be written: nothing need be solved for it.

@@ -1,4 +1,6 @@
 // The work behind the window: the equation is solved for the mask as it is.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -7,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "mq/image/colour.h"
+#include "shell/duration.h"
 
 namespace mq::view {
 namespace {
@@ -16,6 +19,9 @@ constexpr double most_to_follow = 0.25;
 
 /// What is seen of an error in a texture of 8 bits: half a step.
 constexpr double seen = 0.5 / 255;
+
+/// Of solving for a change: what levels of another equation take, and where the last cycles begin.
+constexpr double making_levels = 0.4, last_cycles = 0.8;
 
 /// Cycles between two looks at a solution on its way.
 constexpr SettleOptions settling{.tolerance = 1e-6, .max_cycles = 2};
@@ -66,6 +72,85 @@ void FilterTool::work(const Progress& progress) {
   }
 }
 
+void FilterTool::begin_solving() {
+  solved_ = 0;
+  reduction_ = 1;
+  const std::lock_guard lock(mutex_);
+  solving_since_ = Stopwatch();
+}
+
+Progress FilterTool::solving(double from, double to, const Progress& progress) {
+  return Progress(
+      [this, from, to, &progress](const ProgressEvent& event) {
+        progress.check();
+        solved_ = from + (to - from) * event.fraction;
+      },
+      &hurry_);
+}
+
+std::string FilterTool::working() const {
+  constexpr double a_while = 0.5;  // seconds
+  if (!ready_ && background_.busy() && background_.seconds() > a_while)
+    return "the brush is being prepared: " + background_.how_far() + " (Escape stops it)";
+  double seconds = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    seconds = solving_since_.seconds();
+  }
+  if (!ready_ || !background_.busy() || is_settled() || seconds < a_while) return {};
+  if (settled_) return saving().empty() ? "" : saving() + " is being written";
+  return fmt::format("what was painted is being worked out: {:.0f} %{} (Escape stops it)", std::floor(100 * solved_),
+                     app::estimate(solved_, seconds));
+}
+
+/// The equation with another weight.
+void FilterTool::make_live(const Wanted& wanted, const Progress& progress) {
+  const Stopwatch watch;
+  for (const auto& [unknown, value] : wanted.mask) followed_[std::size_t(unknown)] = value;
+  live_.reset();
+  begin_solving();
+  try {
+    LiveOptions live;
+    if (limit_) live.texture.assign(limit_->texture().begin(), limit_->texture().end());
+    live_.emplace(paint_target_->live(wanted.weight, before_, live, solving(0, making_levels, progress)));
+  } catch (const Cancelled&) {
+    progress.check();
+    return;  // another weight is wanted by now, perhaps
+  }
+  weight_ = wanted.weight;
+  Wanted all;
+  for (std::size_t k = 0; k < followed_.size(); ++k)
+    if (followed_[k] != 0) all.mask.emplace_back(int(k), followed_[k]);
+  settled_ = all.mask.empty();
+  if (!all.mask.empty()) follow(all);
+  show(Extent::all);
+  preparing_ += watch.seconds();
+}
+
+/// A cycle first, for something to be seen soon, then two at a time; how far that is says the residual.
+void FilterTool::settle(const Progress& progress) {
+  const Stopwatch watch;
+  const double from = solved_;
+  SettleOptions few = settling;
+  if (reduction_ == 1) few.max_cycles = 1;
+  try {
+    const SolveReport report = live_->settle(few, solving(from, from + 0.3 * (last_cycles - from), progress));
+    progress.check();
+    reduction_ *= std::clamp(report.residuals.empty() ? 0.5 : report.residuals.back(), 1e-12, 0.999);
+    const double part = std::min(1.0, std::log(reduction_) / std::log(settling.tolerance));
+    solved_ = std::max(solved_.load(), from + (last_cycles - from) * part);
+    if (report.converged) live_->settle(settling_to_the_end, solving(last_cycles, 1, progress));
+    progress.check();
+    ++rounds_;
+    const std::lock_guard lock(mutex_);
+    if (wanted_.mask.empty()) settled_ = report.converged;
+  } catch (const Cancelled&) {
+    progress.check();
+  }
+  show(Extent::all);
+  settling_ += watch.seconds();
+}
+
 /// Does the most urgent thing; false where there is nothing to do.
 bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
   const bool other_gain = std::exchange(gain_, wanted.gain) != wanted.gain;
@@ -78,29 +163,11 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     wanted.mask.insert(wanted.mask.begin(), all.mask.begin(), all.mask.end());
   }
   if (!live_ || weight_ != wanted.weight) {
-    const Stopwatch watch;
-    for (const auto& [unknown, value] : wanted.mask) followed_[std::size_t(unknown)] = value;
-    live_.reset();
-    try {
-      const Progress either([&](const ProgressEvent&) { progress.check(); }, &hurry_);
-      LiveOptions live;
-      if (limit_) live.texture.assign(limit_->texture().begin(), limit_->texture().end());
-      live_.emplace(paint_target_->live(wanted.weight, before_, live, either));
-    } catch (const Cancelled&) {
-      progress.check();
-      return true;  // another weight is wanted by now, perhaps
-    }
-    weight_ = wanted.weight;
-    Wanted all;
-    for (std::size_t k = 0; k < followed_.size(); ++k)
-      if (followed_[k] != 0) all.mask.emplace_back(int(k), followed_[k]);
-    settled_ = all.mask.empty();
-    if (!all.mask.empty()) follow(all);
-    show(Extent::all);
-    preparing_ += watch.seconds();
+    make_live(wanted, progress);
     return true;
   }
   if (!wanted.mask.empty()) {
+    begin_solving();
     follow(wanted);
     if (other_gain) show(Extent::all);
     return true;
@@ -116,20 +183,7 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
       show(Extent::all);
       return true;
     }
-    const Stopwatch watch;
-    try {
-      const SolveReport report = live_->settle(settling, Progress({}, &hurry_));
-      progress.check();
-      if (report.converged) live_->settle(settling_to_the_end, Progress({}, &hurry_));
-      progress.check();
-      ++rounds_;
-      const std::lock_guard lock(mutex_);
-      if (wanted_.mask.empty()) settled_ = report.converged;
-    } catch (const Cancelled&) {
-      progress.check();
-    }
-    show(Extent::all);
-    settling_ += watch.seconds();
+    settle(progress);
     return true;
   }
   return write_texture(wanted.version, progress);

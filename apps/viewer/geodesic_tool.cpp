@@ -89,6 +89,10 @@ class GeodesicTool : public VerbTool {
 
   std::string work_words() const override { return "the distance is being calculated"; }
 
+  /// A press is all that it wants, and makes it again.
+  bool begins_by(const std::string&) const override { return true; }
+  bool is_worth_asking() const override { return false; }
+
   bool has_found() const { return found_.contains("max"); }
 
   bool complete() const override {

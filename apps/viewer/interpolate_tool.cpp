@@ -42,7 +42,7 @@ class InterpolateTool : public VerbTool {
       tried(session_, [&] { with(parted(with_)); });
     if (with_.empty() && ImGui::Button("choose another texture ...", {-1, 0}))
       tried(session_, [&] {
-        session_.ask_for_files([this](const std::vector<std::string>& files) { with(files); });
+        session_.ask_for_files(FileKind::pictures, [this](const std::vector<std::string>& files) { with(files); });
       });
     VerbTool::panel();
   }
@@ -50,6 +50,7 @@ class InterpolateTool : public VerbTool {
   bool command(const std::vector<std::string>& words) override {
     if (words[0] != "with") return VerbTool::command(words);
     with({words.begin() + 1, words.end()});
+    make_again();
     return true;
   }
 

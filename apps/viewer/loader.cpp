@@ -9,6 +9,7 @@
 #include "mq/io/temporary_folder.h"
 #include "mq/model/model_paints.h"
 #include "mq/sample/moving.h"
+#include "photograph_sample.h"
 #include "shell/verb.h"
 
 namespace mq::view {
@@ -78,6 +79,8 @@ namespace {
 /// A second of a motion of four.
 constexpr const char* frames_of_samples = "0-99x4";
 
+constexpr const char* sample_of_photographs = "photographs";
+
 /// $XDG_CACHE_HOME, or ~/.cache, or where there is no home the folder of temporary files.
 std::filesystem::path cache() {
   if (const char* const named = std::getenv("XDG_CACHE_HOME"); named != nullptr && *named != 0)
@@ -91,9 +94,11 @@ std::filesystem::path cache() {
 
 std::filesystem::path sample_folder() { return cache() / "marquetry" / "samples"; }
 
-std::unique_ptr<LoadedModel> load_sample(const std::string& name, OptionValues options,
+std::unique_ptr<LoadedModel> load_sample(const std::string& asked, OptionValues options,
                                          app::Terminal& terminal, int largest_side,
                                          const Progress& progress) {
+  const bool photographs = asked == sample_of_photographs;
+  const std::string name = photographs ? "bust" : asked;
   const std::filesystem::path folder = sample_folder() / name;
   std::filesystem::create_directories(folder.parent_path());
   const bool moves = std::ranges::any_of(moving_names(),
@@ -110,7 +115,10 @@ std::unique_ptr<LoadedModel> load_sample(const std::string& name, OptionValues o
   verb.run(run);
   options.reset("texture");
   options.set("mesh", {(folder / (moves ? "frame_%04d.ply" : name + ".obj")).string()});
-  return load_files(options, terminal, largest_side, progress.step("open", 0.4));
+  auto loaded = load_files(options, terminal, largest_side, progress.step("open", photographs ? 0.2 : 0.4));
+  if (photographs)
+    loaded->cameras = make_photographs(*loaded->scene, sample_folder() / asked, progress.step("photographs", 0.2));
+  return loaded;
 }
 
 void Loader::ask(const std::string& name, Work work) { next_ = Asked{name, std::move(work)}; }

@@ -33,6 +33,7 @@ struct LoadedModel {
   std::optional<OptionValues> opened;  ///< nothing: it is a frame of the sequence that is open
   std::shared_ptr<Sequence> sequence;  ///< of which it is a frame; null: it stands still
   int frame = 0;
+  std::filesystem::path cameras;  ///< of photographs that come with it; empty: none do
 };
 
 /// One frame of a sequence.
@@ -46,7 +47,8 @@ std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Termin
 /// Where samples lie: in the person's cache.
 std::filesystem::path sample_folder();
 
-/// A sample that the program makes itself (`sample_names`, `moving_names`), written into a folder of
+/// A sample that the program makes itself (`sample_names`, `moving_names`, or photographs: the bust with some),
+/// written into a folder of
 /// the person's cache, and read from there with options of the verb view.
 std::unique_ptr<LoadedModel> load_sample(const std::string& name, OptionValues options,
                                          app::Terminal& terminal, int largest_side,

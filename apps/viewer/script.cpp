@@ -46,7 +46,7 @@ class Player {
 
   void frame() {
     session_.run.progress().check();
-    if (!viewer_.loading() && viewer_.question().empty())
+    if (!asks_ && !viewer_.loading() && viewer_.question().empty())
       viewer_.set_asking(Viewer::Asking::nobody);
     viewer_.frame(&input_);
     input_.wheel = 0;
@@ -257,13 +257,15 @@ class Player {
   void answer(const std::string& word) {
     wait_for_loading();
     require(!viewer_.question().empty(), "there is nothing to answer: nothing was asked");
-    const int which = one_of(word, {"no", "yes", "save"});
+    const int which = one_of(word, {"no", "yes", "save", "keep"});
     if (which == 2)
       viewer_.answer_save();
+    else if (which == 3)
+      viewer_.answer_keep();
     else
       viewer_.answer(which == 1);
     wait_for_saving();
-    viewer_.set_asking(Viewer::Asking::nobody);
+    if (!asks_) viewer_.set_asking(Viewer::Asking::nobody);
     wait_for_loading();
   }
 
@@ -291,6 +293,14 @@ class Player {
       viewer_.take_task(Task(one_of(words[1], names)));
     } else if (words[0] == "key") {
       require(viewer_.use_key(words[1]), fmt::format("the key '{}' does nothing here", words[1]));
+    } else if (words[0] == "ask") {
+      asks_ = true;
+      viewer_.set_asking(Viewer::Asking::person);
+    } else if (words[0] == "keep") {
+      wait();
+      viewer_.keep();
+      wait_for_saving();
+      wait_for_loading();
     } else if (words[0] == "theme") {
       viewer_.set_theme(Theme(one_of(words[1], theme_names)));
     } else if (words[0] == "close-model") {
@@ -349,6 +359,7 @@ class Player {
     viewer_.screenshot(words[1], pane);
   }
 
+  bool asks_ = false;         ///< as a person is asked
   int cause_ = 0, blamed_ = 0;  ///< lines that gave the tool work, and whose work failed
   Viewer& viewer_;
   Session& session_;

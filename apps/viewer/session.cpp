@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "mq/base/error.h"
+#include "mq/io/temporary_folder.h"
 #include "shell/verb.h"
 
 namespace mq::view {
@@ -40,6 +41,16 @@ std::string with_folder(const std::string& said) {
   return wrote + file.filename().string() + " in " + folder.lexically_normal().string();
 }
 
+/// What is said of a file of the window's own is said without its folder; false: it is not worth saying.
+bool without_own_folder(std::string& said) {
+  const std::size_t at = said.find(temporary_place().string() + "/marquetry-view-");
+  if (at == std::string::npos) return true;
+  if (said.starts_with("wrote ")) return false;
+  const std::size_t end = std::min(said.find_first_of(" :", at), said.size());
+  said.erase(at, said.rfind('/', end) + 1 - at);
+  return true;
+}
+
 std::unique_ptr<LoadedModel> no_model() {
   return std::make_unique<LoadedModel>(TexturedModel(), TextureSet::largest_side(), Progress());
 }
@@ -57,7 +68,7 @@ Session::Session(app::Run& the_run, std::unique_ptr<LoadedModel> first)
   });
 }
 
-/// What the first model has most of.
+/// What the model has most of.
 void Session::choose_paint() {
   using enum Look::Paint;
   look.paint = before != nullptr                  ? texture
@@ -68,6 +79,7 @@ void Session::choose_paint() {
 
 void Session::open(std::unique_ptr<LoadedModel> other) {
   ++openings;
+  const bool other_mesh = empty || (other->opened && other->opened->texts("mesh") != opened.texts("mesh"));
   pictures.reset();
   rays.reset();
   triangles_at.reset();
@@ -81,13 +93,18 @@ void Session::open(std::unique_ptr<LoadedModel> other) {
   if (other->opened) opened = *other->opened;
   sequence = other->sequence;
   frame = other->frame;
-  if (other->opened) photographs.clear();
+  if (other->opened) {
+    photographs.clear();
+    kept = {};
+  }
   folder = folder_for(scene->model.path);
-  if (std::exchange(empty, false)) choose_paint();
+  empty = false;
+  if (other_mesh || (other->opened && !lacking_for(look.paint).empty())) choose_paint();
   if (scene->atlas) atlas.texture = std::min(atlas.texture, int(scene->atlas->textures.size()) - 1);
 }
 
 void Session::close() {
+  kept = {};
   playing = false;
   open(no_model());
   empty = true;
@@ -153,9 +170,10 @@ void Session::refuse(const std::string& text) {
 }
 
 void Session::listen() {
-  constexpr std::size_t most = 4;
+  constexpr std::size_t most = 12;
   const std::lock_guard lock(heard_mutex_);
   for (std::string& text : heard_) {
+    if (!without_own_folder(text)) continue;
     text = with_folder(text);
     std::erase_if(news, [&](const News& old) { return old.text == text; });
     if (news.size() == most) news.erase(news.begin());
@@ -195,6 +213,11 @@ std::string Session::free_name(const std::string& name, Outputs::Kind kind) cons
       return false;
     }
   });
+}
+
+std::string Session::texture_file(const std::string& stem) const {
+  const std::string each = scene->model.textures.size() > 1 ? "_%s" : "";
+  return stem + each + (holds_numbers(scene->model) ? ".exr" : ".png");
 }
 
 std::string Session::free_file(const std::string& name) const {

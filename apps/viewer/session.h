@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "file_kind.h"
 #include "loader.h"
 #include "look.h"
 #include "mq/base/stopwatch.h"
@@ -32,7 +33,8 @@ struct Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Another model in place of this one; camera and what is shown of it stay.
+  /// Another model in place of this one; the camera stays, and for other textures and frames of the same one also what
+  /// is shown of it. Of another one what it has most of is shown.
   void open(std::unique_ptr<LoadedModel> other);
   /// None in its place: the window is `empty`.
   void close();
@@ -52,6 +54,11 @@ struct Session {
   std::filesystem::path folder;
   /// Files of photographs that were chosen for this model, by the tool's and the option's name: they outlast the tool.
   std::map<std::pair<std::string, std::string>, std::vector<std::string>> photographs;
+  /// Results that are the model's textures from now on and are in no file of the person's.
+  struct Kept {
+    std::string words;  ///< "what 'take noise off' made"; empty: there are none
+    std::vector<std::filesystem::path> files;
+  } kept;
   std::unique_ptr<const TexturedModel> scene;
   std::unique_ptr<mq::Scene> rays;
   std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas
@@ -91,9 +98,9 @@ struct Session {
   const VertexSignal* shown_colours() const;
   /// Whether there is something on the left of the wipe.
   bool compares() const { return before || result_colours; }
-  /// Asks a person for files, and gives them to `then` unless another tool was taken meanwhile; the
+  /// Asks a person for files of a kind, and gives them to `then` unless another tool was taken meanwhile; the
   /// window sets it.
-  std::function<void(std::function<void(const std::vector<std::string>&)> then)> ask_for_files;
+  std::function<void(FileKind kind, std::function<void(const std::vector<std::string>&)> then)> ask_for_files;
 
   /// Puts a result in front; null: none.
   void show(std::shared_ptr<TextureSet> textures, std::shared_ptr<const VertexSignal> colours);
@@ -111,7 +118,9 @@ struct Session {
   void listen();
   /// A file in `folder`, of a name like `name` that none has yet: out.png, out_2.png, ...
   std::string free_name(const std::string& name, Outputs::Kind kind) const;
-  /// The same of a single file.
+  /// How files of textures are called: STEM.png, STEM_%s.png for several, .exr where they hold light.
+  std::string texture_file(const std::string& stem) const;
+  /// The same as `free_name` of a single file.
   std::string free_file(const std::string& name) const;
   /// The file that a person names: in `folder` unless a whole path says where.
   std::string placed(const std::string& name) const;

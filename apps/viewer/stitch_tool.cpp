@@ -2,6 +2,7 @@
 #include "stitch_tool.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -12,6 +13,8 @@
 
 #include "controls.h"
 #include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/io/cameras.h"
 #include "mq/io/file_names.h"
 #include "shell/arguments.h"
 #include "theme.h"
@@ -42,6 +45,10 @@ StitchTool::StitchTool(const std::string& verb, Session& session)
 
 StitchTool::~StitchTool() {
   background_.stop();
+  note_photographs();
+}
+
+void StitchTool::note_photographs() const {
   for (const auto& [tool, option] : kept_options) {
     if (tool != name()) continue;
     session_.photographs.erase({tool, option});
@@ -59,16 +66,19 @@ std::string StitchTool::work_words() const {
 }
 
 void StitchTool::panel() {
+  note_photographs();
   if (ready_ && has_photographs()) {
     forget_others();
     choices();
   } else {
-    remark(with_cameras_ ? "Name the cameras' file, then begin; then paint on the model from which "
-                           "photograph it comes."
+    remark(has_photographs() ? "Begin; then paint on the model from which photograph it comes."
+           : with_cameras_   ? "Name the cameras' file, then begin; then paint on the model from which "
+                               "photograph it comes."
                          : "Name photographs that are textures of this model, then begin; then paint "
                            "on the model from which of them it comes.");
   }
   say_what_was_kept();
+  name_photographs();
   ask_for_photographs();
   VerbTool::panel();
 }
@@ -91,8 +101,7 @@ void StitchTool::say_what_was_kept() const {
 }
 
 bool StitchTool::take_files(const std::vector<std::string>& files) {
-  const bool cameras = std::ranges::all_of(
-      files, [](const std::string& file) { return std::filesystem::path(file).extension() == ".json"; });
+  const bool cameras = std::ranges::all_of(files, [](const std::string& file) { return names_cameras(file); });
   const bool pictures = std::ranges::all_of(files, names_picture);
   if (with_cameras_ ? !cameras && !pictures : !pictures) return false;
   require(!with_cameras_ || cameras,
@@ -104,6 +113,22 @@ bool StitchTool::take_files(const std::vector<std::string>& files) {
   return true;
 }
 
+/// How many, and the names of their files, whose folders are under the mouse.
+void StitchTool::name_photographs() {
+  const std::vector<std::string> chosen = options_.texts(photographs_option());
+  if (chosen.empty()) return;
+  std::string names;
+  for (const std::string& file : chosen) {
+    std::filesystem::path path = file;
+    if (!path.has_filename()) path = path.parent_path();
+    names += (names.empty() ? "" : ", ") + path.filename().string();
+  }
+  remark((with_cameras_ ? "cameras: " : counted(std::ssize(chosen), "photograph") + ": ") + names);
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", fmt::format("{}", fmt::join(chosen, "\n")).c_str());
+  if (!ready_ && ImGui::SmallButton("take them away"))
+    tried(session_, [&] { change(photographs_option(), {}); });
+}
+
 void StitchTool::ask_for_photographs() {
   const std::vector<std::string> chosen = options_.texts(photographs_option());
   const char* const words = with_cameras_     ? "choose cameras ..."
@@ -111,7 +136,8 @@ void StitchTool::ask_for_photographs() {
                                              : "add photographs ...";
   if ((!ready_ || !with_cameras_) && ImGui::Button(words, {-1, 0}))
     tried(session_, [&] {
-      session_.ask_for_files([this, chosen](std::vector<std::string> files) {
+      const FileKind kind = with_cameras_ ? FileKind::cameras : FileKind::pictures;
+      session_.ask_for_files(kind, [this, chosen](std::vector<std::string> files) {
         if (!with_cameras_) files.insert(files.begin(), chosen.begin(), chosen.end());
         change(photographs_option(), files);
       });

@@ -49,16 +49,9 @@ class StitchTool : public VerbTool {
   bool command(const std::vector<std::string>& words) override;
   /// Files of cameras, or pictures that are photographs.
   bool take_files(const std::vector<std::string>& files) override;
-  /// The labels, where what was chosen is not saved.
-  void save() override {
-    if (is_saved())
-      VerbTool::save();
-    else
-      save_labels(labels_name_);
-  }
-  std::string unsaved() const override {
-    return is_saved() ? "" : "which photograph was chosen where";
-  }
+  /// The choice and the texture, whichever is not saved.
+  void save() override;
+  std::string unsaved() const override;
 
   nlohmann::ordered_json report() const override;
 
@@ -73,12 +66,13 @@ class StitchTool : public VerbTool {
 
   // On the window's thread.
   void ask_for_photographs();
+  void name_photographs();
+  /// In the session, which the names outlast the tool in.
+  void note_photographs() const;
   void say_what_was_kept() const;
   bool has_photographs() const { return !options_.texts(photographs_option()).empty(); }
   bool complete() const override { return has_photographs() && VerbTool::complete(); }
   std::string missing() const override;
-  /// Several are named one after the other.
-  bool begins_by(const std::string& option) const override { return option != photographs_option(); }
   std::string work_words() const override;
   void choices();
   std::string chosen_name() const;

@@ -55,6 +55,19 @@ void StitchTool::save_labels(const std::string& path) {
       });
 }
 
+void StitchTool::save() {
+  const bool chosen = is_saved(), made = VerbTool::unsaved().empty();
+  if (!chosen) save_labels(labels_name_);
+  if (!made || chosen) VerbTool::save();
+}
+
+std::string StitchTool::unsaved() const {
+  const std::string made = VerbTool::unsaved();
+  if (is_saved()) return made;
+  return made.empty() ? "which photograph was chosen where"
+                      : "which photograph was chosen where, nor the texture made of it";
+}
+
 /// What was chosen goes with the command, saved or not.
 VerbTool::Work StitchTool::saver(const OptionValues& options) {
   if (is_saved()) return VerbTool::saver(options);

@@ -34,9 +34,9 @@ const std::vector<std::string>& first_options(const std::string& tool) {
       {"react", {"preset", "scale", "time", "ink"}},
       {"interpolate", {"time"}},
       {"geodesic", {"isolines"}},
-      {"stitch", {"partial", "length"}},
+      {"stitch", {"length"}},
       {"charts", {"length", "exposure"}},
-      {"texture", {"cameras", "images", "blend", "exposure"}},
+      {"texture", {"images", "blend", "exposure"}},
   };
   static const std::vector<std::string> none;
   const auto found = options.find(tool);

@@ -33,7 +33,8 @@ struct ChangeWords {
   const char* run;    ///< of the button that begins it
 };
 
-inline constexpr std::array<ChangeWords, 6> change_words = {{
+inline constexpr std::array<ChangeWords, 7> change_words = {{
+    {"detail", "smooth, sharpen", "smooth or sharpen it now"},
     {"denoise", "take noise off", "take noise off now"},
     {"seams", "close seams", "close seams now"},
     {"shock", "crisp edges", "sharpen edges now"},

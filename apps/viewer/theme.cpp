@@ -1,5 +1,7 @@
 #include "theme.h"
 
+#include <fmt/format.h>
+
 #include <imgui.h>
 
 #include <cmath>
@@ -85,6 +87,20 @@ void heading(const char* text) {
   ImGui::Spacing();
   ImGui::TextUnformatted(text);
   ImGui::Separator();
+}
+
+void progress_bar(double fraction, const std::string& step) {
+  const float room = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().FramePadding.x;
+  const std::string between = " / ";
+  const std::string share = fmt::format("{:.0f} %  ", std::floor(100 * fraction));
+  std::string shown = share + step;
+  for (std::size_t at = 0; ImGui::CalcTextSize(shown.c_str()).x > room;) {
+    at = step.find(between, at);
+    if (at == std::string::npos) break;
+    at += between.size();
+    shown = share + "... / " + step.substr(at);
+  }
+  ImGui::ProgressBar(float(fraction), {-1, 0}, shown.c_str());
 }
 
 void remark(const std::string& text) {

@@ -24,6 +24,9 @@ void title(const char* text);
 /// Shown at the head of a part of a panel.
 void heading(const char* text);
 
+/// How far something is, with its step, of which the last parts are shown where not all have room: "... / solve".
+void progress_bar(double fraction, const std::string& step);
+
 /// Words that explain, in a quieter colour, in as many lines as they want.
 void remark(const std::string& text);
 

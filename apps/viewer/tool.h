@@ -74,6 +74,14 @@ class Tool {
   /// What would be lost with the tool, as it is said to a person; empty: nothing.
   virtual std::string unsaved() const { return {}; }
 
+  /// Whether what is shown is not what was opened, by the tool's doing.
+  virtual bool has_changed() const { return false; }
+  /// What the files are called that `keep` writes, "out.png"; empty: it makes no textures for the model that is open.
+  virtual std::string kept_as() const { return {}; }
+  /// Begins to write what it made to `path`, for the model to have it as its textures; `saving` tells when that is
+  /// done.
+  virtual void keep(const std::string& path) { (void)path; }
+
   /// What it did, for the report.
   virtual nlohmann::ordered_json report() const { return nullptr; }
 };

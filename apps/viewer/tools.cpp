@@ -14,14 +14,17 @@ namespace mq::view {
 
 const std::vector<std::string>& tool_names() {
   static const std::vector<std::string> names = {
-      "none",    "filter", "geodesic", "lic",   "shock",       "denoise", "stitch",
+      "none",    "filter", "detail", "geodesic", "lic",   "shock",       "denoise", "stitch",
       "texture", "charts", "react",    "seams", "interpolate", "compare"};
   return names;
 }
 
 std::unique_ptr<Tool> make_tool(const std::string& name, Session& session) {
   if (name == "none") return nullptr;
-  if (name == "filter" && can_be_painted(session)) return std::make_unique<FilterTool>(session);
+  if (name == "filter" && can_be_painted(session)) return std::make_unique<FilterTool>(session, FilterTool::Begins::nowhere);
+  if (name == "detail" && can_be_painted(session))
+    return std::make_unique<FilterTool>(session, FilterTool::Begins::everywhere);
+  if (name == "detail") return std::make_unique<VerbTool>("filter", session);  // which says why not
   if (name == "compare") return make_compare_tool(session);
   if (name == "geodesic") return make_geodesic_tool(session);
   if (name == "lic") return make_comb_tool(session);

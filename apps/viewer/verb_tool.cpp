@@ -17,6 +17,7 @@
 #include "mq/filter/reaction_diffusion.h"
 #include "mq/io/atomic_file.h"
 #include "shell/results.h"
+#include "mq/model/model_shock.h"
 #include "options/signal_options.h"
 #include "shell/verb.h"
 #include "tasks.h"
@@ -24,9 +25,6 @@
 
 namespace mq::view {
 namespace {
-
-/// Of all stages of a run together, at 4 or 16 bytes each; the first ones are let go.
-constexpr std::int64_t most_texels_kept = 256 << 20;
 
 app::Verb verb_named(const std::string& name) {
   std::vector<app::Verb> verbs = app::all_verbs();
@@ -54,11 +52,8 @@ VerbTool::VerbTool(const std::string& verb, Session& session)
     if (!of_shape && !at_vertices_) refuse_as_the_verb();
   }
   require_usable(scene.defects(), scene.model.path.string());
-  const std::string each = scene.model.textures.size() > 1 ? "_%s" : "";
   texture_name_ = at_vertices_ ? session.free_name("out.ply", Outputs::Kind::model)
-                               : session.free_name(
-                                     "out" + each + (holds_numbers(scene.model) ? ".exr" : ".png"),
-                                     Outputs::Kind::pictures);
+                               : session.free_name(session.texture_file("out"), Outputs::Kind::pictures);
 }
 
 /// What the verb refuses it says itself, before it works.
@@ -103,6 +98,11 @@ std::string VerbTool::in_force(const std::string& option) const {
     const double alpha = weight_from_length(spread, scale) / scale.area;
     return option == "alpha" ? fmt::format("{:.4g}", alpha)
                              : fmt::format("{:.3g}%", 100 * std::sqrt(alpha));
+  }
+  if (verb_ == "shock" && option == "time") return plain(ShockRequest{}.time.value);
+  if (verb_ == "shock" && (option == "smooth" || option == "smooth-potential")) {
+    const Length usual = usual_shock_smoothing(scale);
+    return usual.unit == Length::Unit::texels ? fmt::format("{:g}tx", usual.value) : fmt::format("{:g}%", usual.value);
   }
   if ((option == "feed" || option == "kill") && has("preset")) {
     const auto& presets = gray_scott_presets();
@@ -256,7 +256,31 @@ void VerbTool::save(const std::string& path) {
   OptionValues saving = options_;
   saving.set("output", {path});
   saving.set("json", {"true"});  // nothing on standard output
-  save_behind(path, saver(saving));
+  save_behind(path, saver(saving), [this, of = wanted_run()] {
+    saved_run_ = of;
+    session_.kept = {};
+  });
+}
+
+/// Also of what is on its way, which took its time.
+std::string VerbTool::unsaved() const {
+  if (!has_run_ || !is_worth_asking()) return {};
+  if (is_on_its_way())
+    return wanted_run() == saved_run_ ? "" : fmt::format("what '{}' is making", tool_words(name()));
+  return !has_result() || shown_run_ == saved_run_ ? "" : fmt::format("what '{}' made", tool_words(name()));
+}
+
+std::string VerbTool::kept_as() const {
+  const bool can = session_.before && !session_.sequence && has_run_ && (has_result() || is_on_its_way());
+  return can ? session_.texture_file("out") : "";
+}
+
+void VerbTool::keep(const std::string& path) {
+  require_complete();
+  OptionValues keeping = options_;
+  keeping.set("output", {path});
+  keeping.set("json", {"true"});
+  save_behind(path, saver(keeping));
 }
 
 void VerbTool::save_behind(const std::string& path, Work work, std::function<void()> written) {
@@ -312,6 +336,8 @@ void VerbTool::frame() {
     const Save save = std::move(saves_.front());
     saves_.pop_front();
     if (save.written) save.written();
+  } else if (has_run_ && !stopped_) {
+    shown_run_ = runs_;
   }
   if (stale_ && !stopped_ && !complete()) show_nothing();
   if (stale_ && !stopped_) {
@@ -321,6 +347,7 @@ void VerbTool::frame() {
       other_run_ = at_newest_ = true;
     }
     has_run_ = true;
+    ++runs_;
     before_make(options_);
     background_.start(
         [this, options = options_](const Progress& progress) { make(options, progress); });
@@ -362,99 +389,9 @@ void VerbTool::write(const OptionValues& options, const Progress& progress) {
   verb_named(verb_).run(run);
 }
 
-VerbTool::Stage VerbTool::stage_of(const std::string& name, const Model& result) const {
-  Stage stage;
-  stage.name = name;
-  if (at_vertices_)
-    stage.colours = std::make_shared<VertexSignal>(result.colors);
-  else
-    stage.pictures = pictures_of(result);
-  return stage;
-}
-
-void VerbTool::show_stage(const std::string& name, const Model& result) {
-  Stage stage = stage_of(name, result);
-  const std::lock_guard lock(stages_mutex_);
-  if (std::exchange(other_run_, false)) stages_.clear();
-  put(std::move(stage), stages_.size());
-}
-
-void VerbTool::show(std::shared_ptr<TextureSet> pictures) {
-  const std::lock_guard lock(stages_mutex_);
-  if (std::exchange(other_run_, false)) stages_.clear();
-  if (stages_.size() == 1 && stages_.front().pictures == pictures) return;
-  stages_.clear();
-  put({"result", {}, std::move(pictures), nullptr}, 0);
-}
-
-void VerbTool::show_stage(double time, const Model& result) {
-  Stage stage = stage_of(fmt::format("time {:.4g}", time), result);
-  stage.time = time;
-  const std::lock_guard lock(stages_mutex_);
-  const auto later = std::ranges::find_if(stages_, [&](const Stage& s) { return s.time > time; });
-  put(std::move(stage), std::size_t(later - stages_.begin()));
-}
-
-bool VerbTool::show_again(double time) {
-  const std::lock_guard lock(stages_mutex_);
-  const auto found = std::ranges::find_if(stages_, [&](const Stage& s) { return s.time == time; });
-  if (found == stages_.end()) return false;
-  newest_ = std::size_t(found - stages_.begin());
-  return true;
-}
-
-void VerbTool::forget_stages() {
-  const std::lock_guard lock(stages_mutex_);
-  stages_.clear();
-}
-
-/// As the newest. Where all take too much memory the first of the others go.
-void VerbTool::put(Stage stage, std::size_t place) {
-  std::int64_t texels = session_.scene->model.mesh.vertex_count();
-  if (stage.pictures)
-    for (int i = 0; i < stage.pictures->size(); ++i)
-      texels += std::int64_t(stage.pictures->width(i)) * stage.pictures->height(i);
-  stages_.insert(stages_.begin() + std::ptrdiff_t(place), std::move(stage));
-  newest_ = place;
-  while (stages_.size() > 1 && std::int64_t(stages_.size()) * texels > most_texels_kept) {
-    const std::size_t gone = newest_ == 0 ? 1 : 0;
-    stages_.erase(stages_.begin() + std::ptrdiff_t(gone));
-    newest_ -= gone < newest_ ? 1 : 0;
-  }
-}
-
 std::optional<Look::Paint> VerbTool::shown_as() const {
   if (session_.before) return {};
   return at_vertices_ ? Look::Paint::vertex_colours : Look::Paint::texture;
-}
-
-/// Where work is shown on its way, what is shown of it.
-void VerbTool::stage_controls() {
-  int stage = int(stage_), count = 0;
-  std::string name;
-  {
-    const std::lock_guard lock(stages_mutex_);
-    count = int(stages_.size());
-    if (stage < count) name = stages_[stage_].name;
-  }
-  has_had_stages_ = has_had_stages_ || count > 1;
-  if (!has_had_stages_) return;
-  ImGui::BeginDisabled(count < 2);
-  const bool moved = ImGui::SliderInt("on the way", &stage, 0, std::max(1, count - 1), name.c_str(),
-                                      ImGuiSliderFlags_AlwaysClamp);
-  ImGui::EndDisabled();
-  if (ImGui::IsItemHovered() && !ImGui::IsItemActive())
-    ImGui::SetTooltip("what was shown on the way to the result, which is on the right");
-  if (moved && stage < count) choose_stage(std::size_t(stage));
-}
-
-void VerbTool::choose_stage(std::size_t stage) {
-  const std::lock_guard lock(stages_mutex_);
-  require(stage < stages_.size(),
-          fmt::format("there is no stage {}: {} to {} are there", stage, 0, stages_.size() - 1));
-  stage_ = stage;
-  at_newest_ = stage == newest_;
-  session_.show(stages_[stage].pictures, stages_[stage].colours);
 }
 
 void VerbTool::stop() {

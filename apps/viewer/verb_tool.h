@@ -44,6 +44,10 @@ class VerbTool : public Tool {
   void stop() override;
   void cancel() override;
   void save() override { save(texture_name_); }
+  std::string unsaved() const override;
+  bool has_changed() const override { return has_result(); }
+  std::string kept_as() const override;
+  void keep(const std::string& path) override;
   std::string saving() const override { return saves_.empty() ? "" : saves_.front().path; }
   nlohmann::ordered_json report() const override;
 
@@ -81,7 +85,9 @@ class VerbTool : public Tool {
   /// Throws `InvalidInput` where it is not.
   void require_complete() const;
   /// Whether work begins when this option is changed, before it has begun once.
-  virtual bool begins_by(const std::string&) const { return true; }
+  virtual bool begins_by(const std::string&) const { return false; }
+  /// Whether its result is wanted for itself, and asked for before it is lost.
+  virtual bool is_worth_asking() const { return true; }
   /// What is still wanted of the person, as a sentence; empty: nothing that needs to be said.
   virtual std::string missing() const { return {}; }
   /// What goes on while `make` does, as a person calls it.
@@ -139,6 +145,9 @@ class VerbTool : public Tool {
   TemporaryFolder folder_{"marquetry-view-", "results"};  ///< for results on their way to the window
   bool stale_ = false, stopped_ = false;
   bool has_run_ = false;
+  int runs_ = 0, shown_run_ = 0, saved_run_ = 0;  ///< how many began; which ended last; of which the result is saved
+  /// That which is of the options as they are.
+  int wanted_run() const { return runs_ + (stale_ && !stopped_ ? 1 : 0); }
   std::string failure_;  ///< of the last run, if it failed
   struct Save {
     std::string path;

@@ -28,8 +28,8 @@ Viewer::Viewer(Session& session, Display& display, double scale, Theme theme)
   if (session.sequence) task_ = Task::play;
   recent_ = recent_files();
   picture_name_ = session.free_file("view.png");
-  session.ask_for_files = [this](std::function<void(const Files&)> then) {
-    ask_for_files(std::move(then));
+  session.ask_for_files = [this](FileKind kind, std::function<void(const Files&)> then) {
+    ask_for_files(kind, std::move(then));
   };
 }
 
@@ -45,7 +45,7 @@ void Viewer::take_tool(const std::string& name) {
     return;
   }
   require(!session_.empty, "there is no model to work on: open one first");
-  unless_lost(name == "none" ? "put it away" : "go on to '" + tool_words(name) + "'",
+  unless_lost(Leaving::tool, name == "none" ? "put it away" : "go on to '" + tool_words(name) + "'",
               [this, name] { change_tool(name); });
 }
 
@@ -61,6 +61,7 @@ void Viewer::change_tool(const std::string& name) {
   tool_name_ = name;
   task_ = task_of(name);
   if (!tool_) return;
+  if (task_ == Task::photographs) photographs_tool_ = name;
   if (const auto paint = tool_->shown_as()) session_.show_as(*paint);
 }
 
@@ -71,7 +72,7 @@ void Viewer::take_task(Task task) {
     if (tool == tool_name_)
       task_ = task;
     else
-      unless_lost(fmt::format("go on to '{}'", task_words[std::size_t(task)].label),
+      unless_lost(Leaving::tool, fmt::format("go on to '{}'", task_words[std::size_t(task)].label),
                   [this, tool, task] {
                     change_tool(tool);
                     task_ = task;
@@ -82,20 +83,25 @@ void Viewer::take_task(Task task) {
     session_.look.wipe = -1;
   switch (task) {
     case Task::compare:
-      if (session_.compares() && session_.look.wipe < 0) {
-        session_.look.wipe = 0.5;
-        wipes_for_task_ = true;
-      }
       task_ = task;
+      wipe_awaited_ = true;
+      wipe_for_task();
       break;
     case Task::look:
     case Task::picture: task_ = task; break;
     case Task::paint: take("filter"); break;
-    case Task::photographs: take(own ? tool_name_ : session_.before ? "texture" : "none"); break;
+    case Task::photographs: take(own ? tool_name_ : session_.before ? photographs_tool_ : "none"); break;
     case Task::measure: take("geodesic"); break;
     case Task::change: take(own ? tool_name_ : "none"); break;
     case Task::play: take("none"); break;
   }
+}
+
+/// Where nothing is changed yet, as soon as something is.
+void Viewer::wipe_for_task() {
+  if (!has_changed() || !std::exchange(wipe_awaited_, false) || session_.look.wipe >= 0) return;
+  wipes_for_task_ = true;
+  session_.look.wipe = 0.5;
 }
 
 void Viewer::set_theme(Theme theme) {
@@ -105,8 +111,8 @@ void Viewer::set_theme(Theme theme) {
 
 std::string Viewer::title() const {
   if (session_.empty) return "marquetry";
-  const bool unsaved = tool_ && !tool_->unsaved().empty();
-  return (unsaved ? "* " : "") + session_.scene->model.path.filename().string() + " - marquetry";
+  const std::string mark = unsaved(Leaving::model).empty() ? "" : "* ";
+  return mark + session_.scene->model.path.filename().string() + " - marquetry";
 }
 
 void Viewer::frame(const ScriptedInput* scripted) {
@@ -191,12 +197,13 @@ void Viewer::layout() {
     if (session_.scene->atlas) atlas_pane();
   }
   show_refusal(width);
-  use_keys();
   session_.listen();
   status_line(top, width);
   show_keys();
+  show_messages();
   path_question();
   ask_before_losing();
+  use_keys();  // once fields have what was written before them
 }
 
 /// What goes on behind the window, and what comes from outside of it.
@@ -251,9 +258,13 @@ void Viewer::status_line(float y, float width) {
   constexpr double seconds = 6;
   std::string message;
   if (scripted_ && !session_.news.empty()) message = session_.news.back().text;
+  std::vector<std::string> recent;
   for (const Session::News& one : session_.news)
-    if (!scripted_ && one.since.seconds() < seconds && one.text != session_.refusal)
-      message += (message.empty() ? "" : "\n") + one.text;
+    if (!scripted_ && one.since.seconds() < seconds && one.text != session_.refusal) recent.push_back(one.text);
+  if (recent.size() <= 2)
+    for (const std::string& one : recent) message += (message.empty() ? "" : "\n") + one;
+  else
+    message = fmt::format("{} messages (key M shows them), the last: {}", recent.size(), recent.back());
   std::string words = in_words(pick_, session_.pictures->radius());
   if (const std::string known = tool_ && pick_ ? tool_->reading(pick_) : ""; !known.empty())
     words = known + "  " + words;

@@ -3,6 +3,7 @@
 /// under the mouse.
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include "file_chooser.h"
 #include "gl.h"
 #include "mq/base/stopwatch.h"
+#include "mq/io/temporary_folder.h"
 #include "session.h"
 #include "tasks.h"
 #include "theme.h"
@@ -89,7 +91,7 @@ class Viewer {
   /// Takes over what is loaded. Throws why it could not be loaded; what was open stays then.
   void take_loaded();
   bool loading() const { return loader_.busy(); }
-  void cancel_loading() { loader_.cancel(); }
+  void cancel_loading();
 
   /// Whether something goes on that the next frame should show.
   bool busy() const { return loader_.busy() || tour_.busy() || (tool_ && tool_->busy()); }
@@ -104,6 +106,11 @@ class Viewer {
   /// Another answer: to save it first, and then to go on. Throws `InvalidInput` where nothing is asked
   /// that saving helps with.
   void answer_save();
+  /// Another one: that it becomes the model's texture first. Throws where it is no texture, or the model is left.
+  void answer_keep();
+  /// What the tool in hand made becomes the model's texture, and the tool begins anew with that. Throws where it
+  /// made none.
+  void keep();
 
   /// Whether what a person wants goes on by itself once a file is saved.
   bool waits() const { return bool(on_saved_); }
@@ -124,6 +131,8 @@ class Viewer {
   /// once it is found.
   void look_at_difference();
   bool looks_for_difference() const { return tour_.busy(); }
+  /// Whether there is another texture on the right of the wipe than on its left.
+  bool has_changed() const { return tool_ && tool_->has_changed(); }
   /// Takes over the place that was looked for.
   void take_difference();
   /// Puts other textures on the right of the wipe.
@@ -167,6 +176,7 @@ class Viewer {
   bool use_command_key(const std::string& key);
   bool end_what_goes_on();
   void show_keys();
+  void show_messages();
 
   // viewer_start.cpp
   void start_pane(float width, float height);
@@ -174,9 +184,9 @@ class Viewer {
   void sample_controls();
   void recent_controls();
   using Files = std::vector<std::string>;
-  void ask_for_files(std::function<void(const Files&)> then);
+  void ask_for_files(FileKind kind, std::function<void(const Files&)> then);
   void ask_for_model() {
-    ask_for_files([this](const Files& files) { open(files); });
+    ask_for_files(FileKind::models, [this](const Files& files) { open(files); });
   }
   void take_chosen_files();
   void path_question();
@@ -214,14 +224,24 @@ class Viewer {
   void mark(const Pick& pick) const;
   void show_legend();
 
+  // viewer_keeping.cpp
+  void keep_and_go_on(std::function<void()> act);
+  void open_kept(const Session::Kept& kept, std::function<void()> act);
+  void adopt_kept();
+  void kept_controls();
+
   // viewer_loading.cpp
   void play();
   void adopt(std::unique_ptr<LoadedModel> loaded);
 
   // viewer_questions.cpp
   void ask_before_losing();
-  void unless_lost(const std::string& what, std::function<void()> act,
+  enum class Leaving { tool, model };  ///< what is no more once a person goes on
+  void unless_lost(Leaving leaving, const std::string& what, std::function<void()> act,
                    std::function<void()> otherwise = {});
+  std::string unsaved(Leaving leaving) const;
+  bool can_keep() const;
+  void save_kept();
   void go_on_when_saved(bool failed);
   void save_and_go_on();
 
@@ -230,6 +250,7 @@ class Viewer {
   Canvas surface_canvas_, atlas_canvas_;
   Picture legend_;
   std::vector<double> legend_of_, surface_of_, atlas_of_;  ///< what is drawn there
+  Stopwatch asked_to_open_;                                ///< since a model was asked for
   Stopwatch played_;                                       ///< since the last frame that was played
   double drawing_ = 0;                                     ///< seconds, of this frame
   int uploads_ = 0;                                        ///< how often textures changed
@@ -247,6 +268,7 @@ class Viewer {
   Display::Point worked_at_;           ///< where the tool was with it last
   std::unique_ptr<Tool> tool_;
   std::string tool_name_ = "none";
+  std::string photographs_tool_ = "texture";  ///< that was taken last for photographs
   Task task_ = Task::look;
   View::Up up_ = View::Up::y;
   double scale_;
@@ -254,8 +276,12 @@ class Viewer {
   std::string shown_title_;
   FileChooser chooser_;
   std::function<void(const std::vector<std::string>&)> on_chosen_;  ///< files that a person is asked for
-  bool asking_path_ = false, keys_shown_ = false;
+  FileKind asked_kind_ = FileKind::models;
+  std::map<FileKind, std::string> chosen_in_;  ///< the folders of files that were chosen last
+  bool asking_path_ = false, keys_shown_ = false, messages_shown_ = false;
   bool wipes_for_task_ = false;  ///< the wipe is there because of the task `compare`
+  bool wipe_awaited_ = false;    ///< until there is something to compare
+  void wipe_for_task();
   std::string error_;
   Loader loader_;
   DifferenceTour tour_;
@@ -263,6 +289,10 @@ class Viewer {
   Asking asking_ = Asking::person;
   std::string question_;
   std::function<void()> on_yes_, on_no_;
+  Leaving leaving_ = Leaving::tool;  ///< what is asked for
+  std::unique_ptr<TemporaryFolder> kept_folder_;
+  int kept_ = 0;                                               ///< how often something was
+  std::optional<std::pair<Session::Kept, std::function<void()>>> keeping_;  ///< on its way, and what is done then
   std::function<void()>
       on_saved_;  ///< the question is whether to wait for it; nothing: it is another
   bool closed_ = false, asked_to_close_ = false;

@@ -30,6 +30,7 @@ constexpr KeyWords key_words[] = {
     {"N", "where the textures differ most from before; the next such place"},
     {"Ctrl + O, Ctrl + S", "opens a model, saves what was made"},
     {"Ctrl + W, Ctrl + Q", "closes the model, the window"},
+    {"M", "the last messages"},
     {"D", "dark or light panels"},
     {"Return, Escape", "save it first, and stay, where the window asks"},
     {"Escape", "ends what is going on, and puts lists and messages away"},
@@ -68,12 +69,16 @@ bool Viewer::use_key(const std::string& key) {
   Look& look = session_.look;
   switch (key[0]) {
     case 'f': home(), home_atlas(); break;
-    case 'b': look.wipe = look.wipe < 0 && session_.compares() ? 0.5 : -1; break;
+    case 'b':
+      look.wipe = look.wipe < 0 && session_.compares() ? 0.5 : -1;
+      if (look.wipe >= 0 && !has_changed()) session_.say("nothing was changed yet: before and after are the same");
+      break;
     case 'n': look_at_difference(); break;
     case 'l': look.lit = !look.lit; break;
     case 's': look.seams = !look.seams; break;
     case 'u': set_up(up_ == View::Up::y ? View::Up::z : View::Up::y); break;
     case 'w': look.wires = !look.wires; break;
+    case 'm': messages_shown_ = !messages_shown_; break;
     case 'd': set_theme(theme_ == Theme::dark ? Theme::light : Theme::dark); break;
     case '[':
     case '-':
@@ -97,11 +102,11 @@ bool Viewer::end_what_goes_on() {
     ImGui::ClosePopupToLevel(0, false);
     return true;
   }
-  const bool shows = keys_shown_ || !session_.refusal.empty() || asking_path_;
-  keys_shown_ = asking_path_ = false;
+  const bool shows = keys_shown_ || messages_shown_ || !session_.refusal.empty() || asking_path_;
+  keys_shown_ = messages_shown_ = asking_path_ = false;
   session_.refusal.clear();
   if (shows) return true;
-  if (loader_.busy()) loader_.cancel();
+  if (loader_.busy()) cancel_loading();
   else if (tour_.busy()) tour_.cancel();
   else if (tool_ && tool_->busy()) tool_->cancel();
   return true;
@@ -115,8 +120,9 @@ bool Viewer::use_command_key(const std::string& key) {
   } else if (key == "q") {
     close();
   } else if (key == "s") {
-    require(tool_ != nullptr, "there is nothing to save: nothing was changed");
-    tool_->save();
+    const bool kept = !session_.kept.words.empty() && !(tool_ && tool_->has_changed());
+    require(kept || tool_ != nullptr, "there is nothing to save: nothing was changed");
+    kept ? save_kept() : tool_->save();
   } else if (key == "z") {
     if (tool_) tool_->undo();
   } else if (key == "y" || key == "shift+z") {
@@ -125,6 +131,20 @@ bool Viewer::use_command_key(const std::string& key) {
     return false;
   }
   return true;
+}
+
+void Viewer::show_messages() {
+  if (!messages_shown_) return;
+  const ImVec2 middle{float(display_.width()) / 2, float(display_.height()) / 2};
+  ImGui::SetNextWindowPos(middle, ImGuiCond_Always, {0.5F, 0.5F});
+  ImGui::SetNextWindowSize({std::min(scaled(700), float(display_.width()) - scaled(40)), 0});
+  ImGui::Begin("messages", &messages_shown_, ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse);
+  if (session_.news.empty()) ImGui::TextUnformatted("There are none.");
+  for (const Session::News& one : session_.news) {
+    ImGui::Bullet();
+    ImGui::TextWrapped("%s", one.text.c_str());
+  }
+  ImGui::End();
 }
 
 void Viewer::show_keys() {

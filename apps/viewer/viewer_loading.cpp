@@ -53,7 +53,8 @@ void Viewer::open(const std::vector<std::string>& files) {
   options.set("mesh", meshes);
   if (!pictures.empty()) options.set("texture", pictures);
   session_.playing = false;
-  loader_.cancel();
+  asked_to_open_ = Stopwatch();
+  cancel_loading();
   loader_.ask(files.front(), [options, &terminal = session_.run.terminal(),
                               largest = TextureSet::largest_side()](const Progress& progress) {
     return load_files(options, terminal, largest, progress);
@@ -62,7 +63,8 @@ void Viewer::open(const std::vector<std::string>& files) {
 
 void Viewer::open_sample(const std::string& name) {
   session_.playing = false;
-  loader_.cancel();
+  asked_to_open_ = Stopwatch();
+  cancel_loading();
   loader_.ask("the sample " + name,
               [name, options = without_files(session_.opened), &terminal = session_.run.terminal(),
                largest = TextureSet::largest_side()](const Progress& progress) {
@@ -70,13 +72,19 @@ void Viewer::open_sample(const std::string& name) {
               });
 }
 
+void Viewer::cancel_loading() {
+  loader_.cancel();
+  keeping_.reset();
+}
+
 void Viewer::take_loaded() {
   if (!loader_.ready() || !question_.empty()) return;
   const LoadedModel& loaded = loader_.peek();
+  if (keeping_) return adopt_kept();
   if (loaded.opened) {
     const std::string file = loaded.scene->model.path.string();
     unless_lost(
-        "show " + file, [this] { adopt(loader_.take()); }, [this] { loader_.cancel(); });
+        Leaving::model, "show " + file, [this] { adopt(loader_.take()); }, [this] { loader_.cancel(); });
     return;
   }
   // What was loaded ahead stays until its time has come; a tool may have been taken since.
@@ -91,26 +99,34 @@ void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
   if (other) app::will_read_model(session_.run, loaded->scene->model);
   const bool other_mesh =
       other && loaded->opened->texts("mesh") != session_.opened.texts("mesh");
+  const std::string cameras = loaded->cameras.string();
   change_tool("none");
   tour_.stop();
   pick_ = {};
   session_.open(std::move(loaded));
   if (!other) return;
   session_.refusal.clear();
+  if (other_mesh) photographs_tool_ = "texture";
+  const double before = asked_to_open_.seconds();
+  std::erase_if(session_.news, [&](const Session::News& one) { return one.since.seconds() > before; });
   picture_name_ = session_.free_file("view.png");
   app::describe_input(session_.run, *session_.scene);
   opened_ = true;
   if (other_mesh && session_.sequence) task_ = Task::play;
+  if (task_ == Task::play && !session_.sequence) task_ = Task::look;
   if (!scripted_) remember_opened();
   session_.say("opened " + session_.scene->model.path.string());
   place_panes();
   if (other_mesh) home();
   home_atlas();
+  if (cameras.empty()) return;
+  session_.photographs[{"texture", "cameras"}] = {cameras};
+  change_tool("texture");
 }
 
 void Viewer::close_model() {
   require(!session_.empty, "there is no model to close");
-  unless_lost("close the model", [this] {
+  unless_lost(Leaving::model, "close the model", [this] {
     loader_.cancel();
     change_tool("none");
     tour_.stop();

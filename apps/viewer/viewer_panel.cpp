@@ -7,6 +7,7 @@
 
 #include "controls.h"
 #include "mq/base/error.h"
+#include "theme.h"
 #include "viewer.h"
 #include "window_flags.h"
 
@@ -42,7 +43,7 @@ void Viewer::panel(float width, float height) {
   task_controls();
   ImGui::Separator();
   remark(task_words[std::size_t(task_)].help);
-  ImGui::PushID("task");
+  ImGui::PushID(task_words[std::size_t(task_)].name);  // "more" of each is its own
   switch (task_) {
     case Task::look: look_controls(); break;
     case Task::compare: compare_controls(); break;
@@ -55,6 +56,7 @@ void Viewer::panel(float width, float height) {
   }
   ImGui::PopID();
   loading_controls();
+  kept_controls();
   panel_footer();
   ImGui::PopItemWidth();
   ImGui::End();
@@ -78,14 +80,19 @@ void Viewer::task_controls() {
 /// Of the tool in hand, with its strokes and its work.
 void Viewer::tool_controls() {
   if (!tool_) return;
-  ImGui::PushID("tool");  // options have names of their own, such as show
+  ImGui::PushID(tool_name_.c_str());  // options have names of their own, such as show
   tool_->panel();
   ImGui::PopID();
+  if (!tool_->kept_as().empty()) {
+    if (ImGui::Button("keep it on the model", {-1, 0})) tried(session_, [&] { keep(); });
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("It becomes the model's texture, in no file yet, which this tool and the others begin with");
+  }
   history_controls();
   const bool changes = task_ == Task::paint || session_.result || session_.result_colours;
   if (session_.compares() && changes && task_ != Task::compare) wipe_controls();
   if (!tool_->busy()) return;  // last, so that nothing moves when it comes and goes
-  ImGui::ProgressBar(float(tool_->fraction()), {-1, 0}, tool_->step().c_str());
+  progress_bar(tool_->fraction(), tool_->step());
   if (ImGui::Button("stop")) tool_->cancel();
 }
 
@@ -123,8 +130,8 @@ void Viewer::loading_controls() {
   if (!loader_.busy() || session_.playing) return;
   ImGui::Separator();
   ImGui::TextUnformatted(("loading " + loader_.name()).c_str());
-  ImGui::ProgressBar(float(loader_.fraction()), {-1, 0}, loader_.step().c_str());
-  if (ImGui::Button("cancel")) loader_.cancel();
+  progress_bar(loader_.fraction(), loader_.step());
+  if (ImGui::Button("cancel")) cancel_loading();
 }
 
 /// At the lower end of the panel, or behind what is longer than it.

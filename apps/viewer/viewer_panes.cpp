@@ -246,7 +246,7 @@ void Viewer::mark(const Pick& pick) const {
     const ImVec2 at{float(surface_at_.x + x), float(surface_at_.y + y)};
     const double depth = (pick.point - session_.camera.eye()).norm();
     const bool in_hand = tool_ && task_of(tool_name_) == task_;
-    const double brush = in_hand ? tool_->brush_radius() : 0;
+    const double brush = in_hand && tool_->takes_mouse() ? tool_->brush_radius() : 0;
     const float radius =
         brush > 0 ? float(brush / session_.camera.pixel() * session_.camera.distance() / depth) : 5;
     list->AddCircle(at, radius, IM_COL32(20, 20, 24, 255), 64, scaled(3));

@@ -8,10 +8,17 @@
 
 namespace mq::view {
 
-void Viewer::unless_lost(const std::string& what, std::function<void()> act,
+/// Of the model also what was kept on it; what a tool made of that holds it.
+std::string Viewer::unsaved(Leaving leaving) const {
+  const std::string made = tool_ ? tool_->unsaved() : "";
+  return !made.empty() || leaving == Leaving::tool ? made : session_.kept.words;
+}
+
+void Viewer::unless_lost(Leaving leaving, const std::string& what, std::function<void()> act,
                          std::function<void()> otherwise) {
-  const std::string unsaved = tool_ ? tool_->unsaved() : "", saving = tool_ ? tool_->saving() : "";
+  const std::string unsaved = this->unsaved(leaving), saving = tool_ ? tool_->saving() : "";
   if (asking_ == Asking::person && !(unsaved.empty() && saving.empty())) {
+    leaving_ = leaving;
     on_yes_ = act;
     on_no_ = otherwise;
     if (saving.empty()) {
@@ -19,7 +26,7 @@ void Viewer::unless_lost(const std::string& what, std::function<void()> act,
     } else {
       question_ =
           fmt::format("{} is being saved first. It is given up if you {} at once.", saving, what);
-      on_saved_ = [this, what, act, otherwise] { unless_lost(what, act, otherwise); };
+      on_saved_ = [this, leaving, what, act, otherwise] { unless_lost(leaving, what, act, otherwise); };
     }
     return;
   }
@@ -49,13 +56,26 @@ void Viewer::answer(bool go_on) {
 }
 
 void Viewer::answer_save() {
-  require(!question_.empty() && !on_saved_ && tool_ && !tool_->unsaved().empty(),
+  require(!question_.empty() && !on_saved_ && !unsaved(leaving_).empty(),
           "there is nothing to save first: nothing unsaved is asked for");
   save_and_go_on();
 }
 
+bool Viewer::can_keep() const {
+  return !question_.empty() && !on_saved_ && leaving_ == Leaving::tool && tool_ && !tool_->kept_as().empty();
+}
+
+void Viewer::answer_keep() {
+  require(can_keep(), "nothing is asked for that could become the model's texture");
+  keep_and_go_on(std::move(on_yes_));
+}
+
 /// Where it cannot be saved the question stays.
 void Viewer::save_and_go_on() {
+  if (!tool_ || tool_->unsaved().empty()) {
+    save_kept();
+    return answer(true);
+  }
   tool_->save();
   const std::string file = tool_->saving();
   question_ = file + " is being saved.";
@@ -70,14 +90,14 @@ void Viewer::close() {
   if (!question_.empty() && !asked_to_close_) answer(false);
   if (question_.empty()) {
     asked_to_close_ = true;
-    unless_lost("close the window", [this] { closed_ = true; });
+    unless_lost(Leaving::model, "close the window", [this] { closed_ = true; });
   }
   if (!closed_) display_.stay_open();
 }
 
 void Viewer::ask_before_losing() {
   constexpr const char* title = "not saved";
-  const bool can_save = !on_saved_ && tool_ && !tool_->unsaved().empty();
+  const bool can_save = !on_saved_ && on_yes_ && !unsaved(leaving_).empty();
   if (question_.empty()) {
     if (ImGui::BeginPopupModal(title)) {  // a key answered it
       ImGui::CloseCurrentPopup();
@@ -96,8 +116,13 @@ void Viewer::ask_before_losing() {
   ImGui::PopTextWrapPos();
   ImGui::Spacing();
   if (can_save && ImGui::Button("save it first")) tried(session_, [&] { save_and_go_on(); });
+  if (can_save && can_keep()) {
+    ImGui::SameLine();
+    if (ImGui::Button("keep it on the model")) tried(session_, [&] { answer_keep(); });
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("What comes next begins with it; it is in no file yet");
+  }
   if (can_save) ImGui::SameLine();
-  const bool yes = on_yes_ && ImGui::Button(can_save ? "lose it" : "give it up");
+  const bool yes = on_yes_ && ImGui::Button(can_save ? "throw it away" : "give it up");
   if (on_yes_) ImGui::SameLine();
   const bool no = ImGui::Button("stay");
   if (yes || no) answer(yes);

@@ -27,15 +27,11 @@ constexpr SampleWords samples[] = {
     {"genus4", "a button", "a shape with four holes"},
     {"sphere", "a ball", "in six charts"},
     {"merging", "two drops", "a sequence: they fuse and part"},
+    {"photographs", "photographs", "the owl, with six photographs and their cameras"},
 };
 
-/// A picture's or a model's name in a list of files, a folder's, or something else's.
-bool can_be_opened(const fs::path& file) {
-  return names_model(file) || names_picture(file) || names_sequence(file.string());
-}
-
-/// What can be opened in a folder, folders first.
-std::vector<std::string> openable_in(const fs::path& folder) {
+/// What of a kind lies in a folder, folders first.
+std::vector<std::string> files_in(const fs::path& folder, FileKind kind) {
   std::vector<std::string> folders, files;
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
@@ -43,7 +39,7 @@ std::vector<std::string> openable_in(const fs::path& folder) {
     if (name.starts_with(".")) continue;
     if (entry.is_directory(ignored))
       folders.push_back(name + "/");
-    else if (can_be_opened(entry.path()))
+    else if (is_of(kind, entry.path()))
       files.push_back(name);
   }
   std::ranges::sort(folders);
@@ -120,18 +116,22 @@ void Viewer::recent_controls() {
   ImGui::EndDisabled();
 }
 
-/// By the desktop's dialog, or where there is none by a box in the window.
-void Viewer::ask_for_files(std::function<void(const Files&)> then) {
+/// By the desktop's dialog, or where there is none by a box in the window, which begins where files of the kind were
+/// chosen last, or else beside the model.
+void Viewer::ask_for_files(FileKind kind, std::function<void(const Files&)> then) {
   on_chosen_ = std::move(then);
+  asked_kind_ = kind;
   if (FileChooser::there()) {
-    chooser_.ask();
+    chooser_.ask(kind);
     return;
   }
   asking_path_ = true;
-  if (to_open_.empty()) {
-    const fs::path shown = session_.empty ? fs::path() : session_.scene->model.path.parent_path();
-    to_open_ = (shown.empty() ? fs::current_path() : fs::absolute(shown)).string() + "/";
-  }
+  const fs::path beside = session_.empty ? fs::path() : session_.scene->model.path.parent_path();
+  const auto last = chosen_in_.find(kind);
+  const fs::path folder = last != chosen_in_.end() ? fs::path(last->second)
+                          : beside.empty()         ? fs::current_path()
+                                                   : fs::absolute(beside);
+  to_open_ = (folder / "").string();
 }
 
 void Viewer::take_chosen_files() {
@@ -144,9 +144,11 @@ void Viewer::drop(const Files& files) {
   if (!in_hand || !tool_->take_files(files)) open(files);
 }
 
-/// A path, and what lies in its folder.
+/// A path, and what lies in its folder. Of several, more are added with Ctrl held.
 void Viewer::path_question() {
-  constexpr const char* title = "open";
+  const FileKindWords& words = words_of(asked_kind_);
+  const std::string titled = std::string(words.title) + "###path";
+  const char* const title = titled.c_str();
   if (!asking_path_) {
     if (ImGui::BeginPopupModal(title)) {  // a key ended it
       ImGui::CloseCurrentPopup();
@@ -165,19 +167,28 @@ void Viewer::path_question() {
   ImGui::SetNextItemWidth(scaled(480));
   ImGui::InputText("##path", &to_open_, ImGuiInputTextFlags_AutoSelectAll);
   bool open_it = false;
-  const fs::path named = fs::path(to_open_).parent_path(), folder = named.empty() ? "." : named;
+  const Files chosen = parted(to_open_);
+  const fs::path named = fs::path(chosen.empty() ? "" : chosen.back()).parent_path();
+  const fs::path folder = named.empty() ? "." : named;
   ImGui::BeginChild("files", {scaled(480), scaled(260)}, true);
   if (ImGui::Selectable("../", false, ImGuiSelectableFlags_DontClosePopups))
     to_open_ = (folder.parent_path() / "").string();
-  for (const std::string& name : openable_in(folder))
-    if (ImGui::Selectable(name.c_str(), to_open_ == folder / name,
+  for (const std::string& name : files_in(folder, asked_kind_))
+    if (ImGui::Selectable(name.c_str(), std::ranges::count(chosen, (folder / name).string()) > 0,
                           ImGuiSelectableFlags_DontClosePopups |
                               ImGuiSelectableFlags_AllowDoubleClick)) {
-      to_open_ = (folder / name).string();
+      const std::string file = (folder / name).string();
+      const bool adds = words.several && ImGui::GetIO().KeyCtrl && !name.ends_with('/') && !to_open_.ends_with('/');
+      to_open_ = adds ? to_open_ + "; " + file : file;
       open_it |= ImGui::IsMouseDoubleClicked(0) && !name.ends_with('/');
     }
   ImGui::EndChild();
-  open_it |= ImGui::Button("open", {scaled(100), 0});
+  ImGui::PushTextWrapPos(scaled(480));
+  ImGui::TextDisabled("Listed are folders, and %s%s", words.files,
+                      words.several ? ". Ctrl and a press add another one." : ".");
+  ImGui::PopTextWrapPos();
+  const bool is_folder = asked_kind_ == FileKind::cameras && to_open_.ends_with('/');
+  open_it |= ImGui::Button(is_folder ? "choose this folder" : words.button, {scaled(is_folder ? 150 : 100), 0});
   ImGui::SameLine();
   const bool leave = ImGui::Button("cancel");
   if (open_it || leave) ImGui::CloseCurrentPopup();
@@ -190,6 +201,7 @@ void Viewer::take_path() {
   asking_path_ = false;
   const Files files = parted(to_open_);
   require(!files.empty(), "no file is named");
+  chosen_in_[asked_kind_] = fs::absolute(files.front()).parent_path().string();
   if (on_chosen_) on_chosen_(files);
 }
 
@@ -199,7 +211,9 @@ void Viewer::show_refusal(float width) {
   const float room = session_.empty ? width : float(surface_at_.width);
   const float wide = std::min(scaled(560), room - scaled(30));
   const float middle = session_.empty ? width / 2 : float(surface_at_.x) + float(surface_at_.width) / 2;
-  ImGui::SetNextWindowPos({middle, scaled(16)}, ImGuiCond_Always, {0.5F, 0});
+  const float bottom = float(display_.height()) - scaled(40);  // of the empty window, whose head has its name
+  ImGui::SetNextWindowPos({middle, session_.empty ? bottom : scaled(16)}, ImGuiCond_Always,
+                          {0.5F, session_.empty ? 1.F : 0.F});
   ImGui::SetNextWindowSize({wide, 0});
   ImGui::PushStyleColor(ImGuiCol_WindowBg, theme_ == Theme::dark ? ImVec4(0.35F, 0.16F, 0.12F, 1)
                                                                  : ImVec4(1, 0.87F, 0.82F, 1));

@@ -115,9 +115,17 @@ void Viewer::wipe_controls() {
 }
 
 void Viewer::compare_controls() {
-  if (session_.compares()) wipe_controls();
-  if (tool_ && tool_name_ != "compare")
-    remark(fmt::format("Left of the line: as it was opened. Right of it: what '{}' made.", tool_words(tool_name_)));
+  wipe_for_task();
+  if (has_changed())
+    wipe_controls();
+  else if (!tool_ || !tool_->busy())
+    remark("Nothing was changed yet: 'paint', 'photographs' and 'change all' change the texture. Or compare with "
+           "another one, below.");
+  else
+    remark(fmt::format("Nothing is changed yet: '{}' is still at work.", tool_words(tool_name_)));
+  if (tool_name_ != "compare" && has_changed())
+    remark(fmt::format("Left of the line: as it was {}. Right of it: what '{}' made.",
+                       session_.kept.words.empty() ? "opened" : "kept on the model", tool_words(tool_name_)));
   if (!session_.before) {
     remark("The model has no textures to compare others with.");
     return;
@@ -130,7 +138,7 @@ void Viewer::compare_controls() {
   ImGui::SameLine();
   if (ImGui::Button("choose ..."))
     tried(session_, [&] {
-      ask_for_files([this](const Files& files) {
+      ask_for_files(FileKind::pictures, [this](const Files& files) {
         to_compare_ = joined(files);
         compare_with(files);
       });
@@ -140,7 +148,7 @@ void Viewer::compare_controls() {
 
 /// Where to look for what is different, once something may be.
 void Viewer::difference_controls() {
-  if (!session_.result && (!tool_ || tool_name_ == "compare")) return;
+  if (!has_changed()) return;
   const std::string at = tour_.words();
   ImGui::BeginDisabled(tour_.busy());
   if (ImGui::Button(at.empty() ? "go where they differ most" : "go to the next place", {-1, 0}))
@@ -154,7 +162,8 @@ void Viewer::difference_controls() {
 }
 
 void Viewer::look_at_difference() {
-  require(tool_name_ != "compare" || session_.result, "no other texture is loaded to compare with");
+  if (!has_changed())
+    return session_.say("nothing was changed yet: there is no place where the texture differs from before");
   tour_.next({double(session_.results), double(uploads_), double(session_.openings)});
 }
 
@@ -184,7 +193,7 @@ void Viewer::compare_with(const std::vector<std::string>& files) {
   if (tool_name_ == "compare")
     compare();
   else
-    unless_lost("compare with another texture", compare);
+    unless_lost(Leaving::tool, "compare with another texture", compare);
 }
 
 /// Photographs with cameras, photographs as textures, or none: then the charts count as some.
@@ -198,6 +207,11 @@ void Viewer::photograph_controls() {
   ImGui::RadioButton("none: the charts of the texture alone", &kind, 2);
   if (kind != was) tried(session_, [&] { take_tool(tools[kind]); });
   if (!tool_) remark("The model needs texture coordinates and a texture for that.");
+  if (kind == 0 && session_.photographs.empty() && !has_changed()) {
+    if (ImGui::Button("try it with a sample", {-1, 0})) tried(session_, [&] { open_sample("photographs"); });
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("opens the sample of an owl, with six photographs of it and their cameras");
+  }
   tool_controls();
 }
 
@@ -212,7 +226,7 @@ void Viewer::play_controls() {
   int frame = session_.frame;
   if (loader_.busy() && asked_frame_ >= 0 && !session_.playing) frame = asked_frame_;
   const std::string number =
-      fmt::format("frame {} of {}", sequence.number(frame), sequence.number(sequence.count() - 1));
+      fmt::format("{} of {} frames: number {}", frame + 1, sequence.count(), sequence.number(frame));
   ImGui::SetNextItemWidth(-1);
   if (ImGui::SliderInt("##frame", &frame, 0, sequence.count() - 1, number.c_str(),
                        ImGuiSliderFlags_AlwaysClamp))

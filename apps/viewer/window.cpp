@@ -2,6 +2,10 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <deque>
+#include <functional>
+#include <limits>
+#include <set>
 #include <utility>
 
 #include <epoxy/gl.h>
@@ -49,8 +53,11 @@ class Window : public Display {
       auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
       self->dropped_.assign(names, names + count);
     });
+    ImGui_ImplGlfw_InitForOpenGL(window_, false);
     listen();
-    ImGui_ImplGlfw_InitForOpenGL(window_, true);  // which goes on calling these
+    double x = 0, y = 0;
+    glfwGetCursorPos(window_, &x, &y);
+    told_ = {float(x), float(y)};
   }
 
   ~Window() override {
@@ -62,6 +69,10 @@ class Window : public Display {
   void begin_frame() override {
     glfwPollEvents();
     ImGui_ImplGlfw_NewFrame();
+    hand_over();
+    ImGuiIO& io = ImGui::GetIO();  // in place of what mouse and buttons are by now
+    io.MousePos = {mouse_.x, mouse_.y};
+    for (int i = 0; i < buttons; ++i) io.MouseDown[i] = down_[i];
   }
   void end_frame() override { glfwSwapBuffers(window_); }
   unsigned framebuffer() const override { return 0; }
@@ -84,40 +95,136 @@ class Window : public Display {
     glfwGetWindowContentScale(window_, &across, &down);
     return double(across);
   }
-  void rest() override { glfwWaitEventsTimeout(0.25); }
+  void rest() override {
+    if (events_.empty()) glfwWaitEventsTimeout(0.25);
+  }
 
  private:
   static Window& of(GLFWwindow* window) {
     return *static_cast<Window*>(glfwGetWindowUserPointer(window));
   }
 
-  /// To what ImGui does not keep: each key, and each place of the mouse.
+  /// What mouse and keyboard did, in its order.
+  struct Event {
+    enum class What { moves, leaves, button, wheel, key, character } what;
+    Point at = {};                                     ///< the mouse; of the wheel, how far
+    int code = 0, scancode = 0, action = 0, with = 0;  ///< as GLFW tells them
+    unsigned character = 0;
+  };
+  static constexpr int buttons = 3;
+  static constexpr float beyond = std::numeric_limits<float>::lowest();
+  static constexpr Point nowhere = {beyond, beyond};  ///< as ImGui has it
+
   void listen() {
-    glfwSetKeyCallback(
-        window_, [](GLFWwindow* window, int key, int scancode, int action, int with) {
-          if (action == GLFW_RELEASE) return;
-          if (key == GLFW_KEY_ESCAPE) of(window).keys_.emplace_back("escape");
-          if (key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER)
-            of(window).keys_.emplace_back("return");
-          if (key == GLFW_KEY_F1) of(window).keys_.emplace_back("?");
-          const char* const letter = glfwGetKeyName(key, scancode);
-          if ((with & GLFW_MOD_CONTROL) == 0 || letter == nullptr) return;
-          of(window).keys_.push_back(((with & GLFW_MOD_SHIFT) ? "ctrl+shift+" : "ctrl+") +
-                                     std::string(letter));
-        });
-    glfwSetCharCallback(window_, [](GLFWwindow* window, unsigned character) {
-      if (character > ' ' && character < 127) of(window).keys_.emplace_back(1, char(character));
+    glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int scancode, int action, int with) {
+      of(window).events_.push_back(
+          {.what = Event::What::key, .code = key, .scancode = scancode, .action = action, .with = with});
     });
-    glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int) {
-      if (button != GLFW_MOUSE_BUTTON_LEFT || action != GLFW_PRESS) return;
-      double x = 0, y = 0;
-      glfwGetCursorPos(window, &x, &y);
-      of(window).trail_ = {{float(x), float(y)}};
+    glfwSetCharCallback(window_, [](GLFWwindow* window, unsigned character) {
+      of(window).events_.push_back({.what = Event::What::character, .character = character});
+    });
+    glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int with) {
+      if (button >= buttons) return;
+      of(window).events_.push_back({.what = Event::What::button,
+                                    .at = of(window).told_,
+                                    .code = button,
+                                    .action = action,
+                                    .with = with});
     });
     glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
-      if (glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS)
-        of(window).trail_.push_back({float(x), float(y)});
+      of(window).told_ = {float(x), float(y)};
+      of(window).events_.push_back({.what = Event::What::moves, .at = of(window).told_});
     });
+    glfwSetScrollCallback(window_, [](GLFWwindow* window, double x, double y) {
+      of(window).events_.push_back({.what = Event::What::wheel, .at = {float(x), float(y)}});
+    });
+    glfwSetCursorEnterCallback(window_, [](GLFWwindow* window, int entered) {
+      ImGui_ImplGlfw_CursorEnterCallback(window, entered);
+      if (entered == GLFW_FALSE) of(window).events_.push_back({.what = Event::What::leaves});
+    });
+    glfwSetWindowFocusCallback(window_, ImGui_ImplGlfw_WindowFocusCallback);
+  }
+
+  /// What of this picture was handed over already, which says whether the next event can be too.
+  struct Handed {
+    bool button = false, wheel = false, text = false;
+    std::set<int> keys = {};  ///< such as write nothing
+  };
+
+  /// ImGui looks at the state of mouse and keys once for each picture. However slow pictures are, each press, letting
+  /// go and key is in one of its own, at the place where the mouse was then, and keys come after what was written
+  /// before them.
+  void hand_over() {
+    Handed handed;
+    while (!events_.empty() && fits(events_.front(), handed)) {
+      const Event event = events_.front();
+      events_.pop_front();
+      take(event, handed);
+    }
+  }
+
+  static bool writes(const Event& event) {
+    const bool printable = event.code >= GLFW_KEY_SPACE && event.code <= GLFW_KEY_GRAVE_ACCENT;
+    return printable && (event.with & (GLFW_MOD_CONTROL | GLFW_MOD_ALT | GLFW_MOD_SUPER)) == 0;
+  }
+
+  static bool is_modifier(int key) { return key >= GLFW_KEY_LEFT_SHIFT && key <= GLFW_KEY_RIGHT_SUPER; }
+
+  static bool fits(const Event& event, const Handed& handed) {
+    switch (event.what) {
+      case Event::What::moves:
+      case Event::What::leaves: return !handed.button && !handed.wheel;
+      case Event::What::button: return !handed.button && !handed.wheel && !handed.text && handed.keys.empty();
+      case Event::What::wheel: return !handed.button;
+      case Event::What::character: return !handed.button && handed.keys.empty();
+      case Event::What::key:
+        if (writes(event) || is_modifier(event.code)) return !handed.button && handed.keys.empty();
+        return !handed.button && !handed.text && !handed.keys.contains(event.code);
+    }
+    return true;
+  }
+
+  void take(const Event& event, Handed& handed) {
+    switch (event.what) {
+      case Event::What::moves:
+        mouse_ = event.at;
+        if (down_[0]) trail_.push_back(mouse_);
+        break;
+      case Event::What::leaves:
+        if (std::ranges::none_of(down_, std::identity())) mouse_ = nowhere;
+        break;
+      case Event::What::button:
+        handed.button = true;
+        mouse_ = event.at;
+        down_[event.code] = event.action == GLFW_PRESS;
+        if (event.code == GLFW_MOUSE_BUTTON_LEFT && event.action == GLFW_PRESS) trail_ = {mouse_};
+        break;
+      case Event::What::wheel:
+        handed.wheel = true;
+        ImGui_ImplGlfw_ScrollCallback(window_, double(event.at.x), double(event.at.y));
+        break;
+      case Event::What::character:
+        handed.text = true;
+        ImGui_ImplGlfw_CharCallback(window_, event.character);
+        if (event.character > ' ' && event.character < 127) keys_.emplace_back(1, char(event.character));
+        break;
+      case Event::What::key:
+        ImGui_ImplGlfw_KeyCallback(window_, event.code, event.scancode, event.action, event.with);
+        if (!writes(event) && !is_modifier(event.code)) handed.keys.insert(event.code);
+        note_key(event);
+        break;
+    }
+  }
+
+  /// Keys of the window's own.
+  void note_key(const Event& event) {
+    if (event.action == GLFW_RELEASE) return;
+    if (event.code == GLFW_KEY_ESCAPE) keys_.emplace_back("escape");
+    if (event.code == GLFW_KEY_ENTER || event.code == GLFW_KEY_KP_ENTER) keys_.emplace_back("return");
+    if (event.code == GLFW_KEY_F1) keys_.emplace_back("?");
+    const char* const letter = glfwGetKeyName(event.code, event.scancode);
+    if ((event.with & GLFW_MOD_CONTROL) == 0 || letter == nullptr) return;
+    keys_.push_back(((event.with & GLFW_MOD_SHIFT) ? "ctrl+shift+" : "ctrl+") + std::string(letter));
   }
 
   int size(int side) const {
@@ -130,6 +237,10 @@ class Window : public Display {
   std::vector<std::string> dropped_;
   std::vector<std::string> keys_;
   std::vector<Point> trail_;
+  std::deque<Event> events_;  ///< that are still to be handed over
+  Point mouse_ = nowhere;
+  Point told_ = nowhere;  ///< by the last move; asked for, GLFW tells where the mouse is by now
+  bool down_[buttons] = {};
 };
 
 }  // namespace

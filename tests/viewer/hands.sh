@@ -79,12 +79,11 @@ open_by_path() {
   key ctrl+o
   sleep 1
   shot path
-  xdotool type "$PWD/sphere.obj"  # in place of the folder, which is selected
-  sleep 0.5
-  shot typed
-  key Return
+  xdotool type --delay 12 "$PWD/sphere.obj"  # in place of the folder, which is selected
+  key Return  # at once: what was written before counts
 }
 again_until titled "sphere.obj - marquetry" -- open_by_path
+! grep -E 'sphere\.(o|ob)?(:|$| )' window.log || fail "a path was opened without its last letters"
 
 # Paint: the model is in the middle of 300 to 658.
 xdotool mousemove 78 87 click 1
@@ -129,7 +128,7 @@ press 190 195
 xdotool mousemove 200 420
 sleep 7  # until what was said is gone
 seen photographs_before
-press 140 382
+press 140 355
 xdotool mousemove 200 420
 sleep 0.5
 seen photographs_after
@@ -157,11 +156,13 @@ again_until titled "sphere.obj - marquetry" -- open_by_path
 # Another model, by the dialog of a desktop, which is a script here.
 cat > bin/zenity << END
 #!/bin/sh
+echo "\$@" > "$folder/dialog"
 echo "$folder/other.obj"
 END
 chmod +x bin/zenity
 key ctrl+o
 until_true "the title is that of the other model" titled "other.obj - marquetry"
+grep -q -- '--title=Open a model.*\*\.obj' dialog || fail "the dialog does not say what is chosen"
 
 # A stroke on it, fast, that is asked for when the window is to close.
 key 3

@@ -247,7 +247,7 @@ TEST(Closing, WaitsForWhatIsBeingSaved) {
   ASSERT_EQ(opened.status, 0) << opened.error;
   EXPECT_TRUE(file_bytes(folder / "a.png") == file_bytes(folder / "plain.png"));
   const Result given_up =
-      view(folder, lic + "save-texture b.png behind\nstop\nclose\n", {"sphere.obj"});
+      view(folder, lic + "save-texture b.png behind\nstop\nclose\nanswer yes\n", {"sphere.obj"});
   ASSERT_EQ(given_up.status, 0) << given_up.error;
   EXPECT_THAT(given_up.error, HasSubstr("not saved: b.png"));
   EXPECT_FALSE(std::filesystem::exists(folder / "b.png"));

@@ -14,6 +14,9 @@ inline const std::vector<std::string> small_window = {"--size", "900x460"};
 inline constexpr int surface_width = 358, surface_height = 436;  ///< of its surface pane
 inline constexpr int atlas_width = 240, atlas_height = 436;
 
+/// Samples and files opened before lie in the folder, and not in a person's.
+inline const RunOptions own_places = {.environment = {{"XDG_CACHE_HOME", "cache"}, {"XDG_STATE_HOME", "state"}}};
+
 /// marquetry view WORDS... of this script, off the screen.
 inline Result view(const Folder& folder, const std::string& script, std::vector<std::string> words,
                    const RunOptions& options = {}) {

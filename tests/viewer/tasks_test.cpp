@@ -9,9 +9,6 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Samples and files opened before lie in the folder, and not in a person's.
-const RunOptions own_places = {.environment = {{"XDG_CACHE_HOME", "cache"}, {"XDG_STATE_HOME", "state"}}};
-
 int differing(const Image<float>& a, const Image<float>& b) {
   EXPECT_EQ(a.values().size(), b.values().size());
   int count = 0;
