@@ -100,7 +100,7 @@ std::string FilterTool::working() const {
   if (!ready_ || !background_.busy() || is_settled() || seconds < a_while) return {};
   if (settled_) return saving().empty() ? "" : saving() + " is being written";
   return fmt::format("what was painted is being worked out: {:.0f} %{} (Escape stops it)", std::floor(100 * solved_),
-                     app::estimate(solved_, seconds));
+                     app::estimate(app::seconds_left(solved_, seconds)));
 }
 
 /// The equation with another weight.
