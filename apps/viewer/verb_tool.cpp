@@ -271,7 +271,7 @@ std::string VerbTool::unsaved() const {
 }
 
 std::string VerbTool::kept_as() const {
-  const bool can = session_.before && !session_.sequence && has_run_ && (has_result() || is_on_its_way());
+  const bool can = session_.before && !session_.sequence && has_run_ && is_worth_asking() && (has_result() || is_on_its_way());
   return can ? session_.texture_file("out") : "";
 }
 

@@ -122,9 +122,9 @@ void Viewer::ask_before_losing() {
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("What comes next begins with it; it is in no file yet");
   }
   if (can_save) ImGui::SameLine();
-  const bool yes = on_yes_ && ImGui::Button(can_save ? "throw it away" : "give it up");
-  if (on_yes_) ImGui::SameLine();
   const bool no = ImGui::Button("stay");
+  if (on_yes_) ImGui::SameLine();
+  const bool yes = on_yes_ && ImGui::Button(can_save ? "throw it away" : "give it up");  // last, whatever else there is
   if (yes || no) answer(yes);
   if (question_.empty()) ImGui::CloseCurrentPopup();
   ImGui::EndPopup();

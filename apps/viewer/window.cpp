@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include <epoxy/gl.h>
@@ -153,8 +154,9 @@ class Window : public Display {
 
   /// ImGui looks at the state of mouse and keys once for each picture. However slow pictures are, each press, letting
   /// go and key is in one of its own, at the place where the mouse was then, and keys come after what was written
-  /// before them.
+  /// before them. What is written after Ctrl + O waits for the box that it opens.
   void hand_over() {
+    if (pictures_until_box_ > 0 && pictures_until_box_-- > 0) return;
     Handed handed;
     while (!events_.empty() && fits(events_.front(), handed)) {
       const Event event = events_.front();
@@ -224,6 +226,7 @@ class Window : public Display {
     if (event.code == GLFW_KEY_F1) keys_.emplace_back("?");
     const char* const letter = glfwGetKeyName(event.code, event.scancode);
     if ((event.with & GLFW_MOD_CONTROL) == 0 || letter == nullptr) return;
+    if (std::string_view(letter) == "o") pictures_until_box_ = 3;  // appears, has the keyboard, asks for text
     keys_.push_back(((event.with & GLFW_MOD_SHIFT) ? "ctrl+shift+" : "ctrl+") + std::string(letter));
   }
 
@@ -238,6 +241,7 @@ class Window : public Display {
   std::vector<std::string> keys_;
   std::vector<Point> trail_;
   std::deque<Event> events_;  ///< that are still to be handed over
+  int pictures_until_box_ = 0;
   Point mouse_ = nowhere;
   Point told_ = nowhere;  ///< by the last move; asked for, GLFW tells where the mouse is by now
   bool down_[buttons] = {};

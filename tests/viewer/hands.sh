@@ -77,12 +77,15 @@ shot start
 open_by_path() {
   key Escape  # what may have gone wrong before
   key ctrl+o
-  sleep 1
-  shot path
-  xdotool type --delay 12 "$PWD/sphere.obj"  # in place of the folder, which is selected
+  xdotool type --delay 1 "$PWD/sphere.obj"  # at once, in place of the folder, which is selected
   key Return  # at once: what was written before counts
 }
 again_until titled "sphere.obj - marquetry" -- open_by_path
+! grep "no frames in this folder" window.log || fail "what was written after Ctrl + O did not reach the box"
+key ctrl+o
+sleep 1
+shot path
+key Escape
 ! grep -E 'sphere\.(o|ob)?(:|$| )' window.log || fail "a path was opened without its last letters"
 
 # Paint: the model is in the middle of 300 to 658.
@@ -152,6 +155,11 @@ seen list_closed
 again_until titled marquetry -- press 263 15
 shot closed
 again_until titled "sphere.obj - marquetry" -- open_by_path
+! grep "no frames in this folder" window.log || fail "what was written after Ctrl + O did not reach the box"
+key ctrl+o
+sleep 1
+shot path
+key Escape
 
 # Another model, by the dialog of a desktop, which is a script here.
 cat > bin/zenity << END
