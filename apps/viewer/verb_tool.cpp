@@ -253,7 +253,7 @@ void VerbTool::save(const std::string& path) {
       at_vertices_ ? Outputs::Kind::model : Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folders());
   texture_name_ = path;
-  OptionValues saving = options_;
+  OptionValues saving = options_of_shown();
   saving.set("output", {path});
   saving.set("json", {"true"});  // nothing on standard output
   save_behind(path, saver(saving), [this, of = wanted_run()] {
@@ -277,7 +277,7 @@ std::string VerbTool::kept_as() const {
 
 void VerbTool::keep(const std::string& path) {
   require_complete();
-  OptionValues keeping = options_;
+  OptionValues keeping = options_of_shown();
   keeping.set("output", {path});
   keeping.set("json", {"true"});
   save_behind(path, saver(keeping));

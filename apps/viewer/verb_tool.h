@@ -165,6 +165,7 @@ class VerbTool : public Tool {
   };
   void stage_controls();
   void choose_stage(std::size_t stage);
+  OptionValues options_of_shown() const;
   Stage stage_of(const std::string& name, const Model& result) const;
   void put(Stage stage, std::size_t place);
 

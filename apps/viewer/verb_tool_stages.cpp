@@ -96,6 +96,15 @@ void VerbTool::stage_controls() {
   if (moved && stage < count) choose_stage(std::size_t(stage));
 }
 
+/// Those of the run, or of the stage with a time of its own that a person looks at.
+OptionValues VerbTool::options_of_shown() const {
+  OptionValues options = options_;
+  const std::lock_guard lock(stages_mutex_);
+  if (!at_newest_ && stage_ < stages_.size() && stages_[stage_].time)
+    options.set("time", {fmt::format("{}", *stages_[stage_].time)});
+  return options;
+}
+
 void VerbTool::choose_stage(std::size_t stage) {
   const std::lock_guard lock(stages_mutex_);
   require(stage < stages_.size(),

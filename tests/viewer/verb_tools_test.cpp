@@ -355,7 +355,7 @@ TEST(ShockTool, ShowsTheTimesOnTheWayAndAnyOtherAtOnce) {
   const Result result =
       view(folder,
            "tool shock\nset time 4\nset smooth 0.5%\nwait\nscreenshot last.png atlas\n"
-           "stage 2\nscreenshot early.png atlas\nstage last\n"
+           "stage 2\nscreenshot early.png atlas\nsave-texture early_saved.png\nstage last\n"
            "screenshot last_again.png atlas\n"
            "set time 1.5\nwait\nscreenshot other.png atlas\n"
            "save-texture saved.png\n"
@@ -376,6 +376,7 @@ TEST(ShockTool, ShowsTheTimesOnTheWayAndAnyOtherAtOnce) {
   expect_nearly_equal(picture(folder, "last_again.png"), picture(folder, "last.png"), 0);
   expect_nearly_equal(picture(folder, "early.png"), at_time("1"), 0);
   expect_nearly_equal(picture(folder, "other.png"), at_time("1.5"), 0);
+  EXPECT_TRUE(file_bytes(folder / "early_saved.png") == file_bytes(folder / "1.png"));
   EXPECT_TRUE(file_bytes(folder / "saved.png") == file_bytes(folder / "1.5.png"));
   const auto tool = result.json()["result"]["tool"];
   // In the order of times, whatever their own; what was seen once is not worked out again.
@@ -383,9 +384,9 @@ TEST(ShockTool, ShowsTheTimesOnTheWayAndAnyOtherAtOnce) {
             nlohmann::json({"time 0.25", "time 0.5", "time 1", "time 1.5", "time 2", "time 4"}));
   expect_nearly_equal(picture(folder, "kept_last.png"), picture(folder, "last.png"), 0);
   EXPECT_FALSE(file_bytes(folder / "kept.png") == file_bytes(folder / "last.png"));
-  // Five times where paths are new, with the default smoothing and for 0.5 %; else one, for 1.5 and its
-  // file.
-  EXPECT_EQ(tool["path_seconds"].size(), 12U);
+  // Five times where paths are new, with the default smoothing and for 0.5 %; else one, for 1.5, its file
+  // and that of 1.
+  EXPECT_EQ(tool["path_seconds"].size(), 13U);
   EXPECT_EQ(tool["prepared"], 2);
 }
 
