@@ -61,7 +61,10 @@ TEST(Inputs, AreFoundUnderNamesInOtherCapitals) {
   EXPECT_EQ(found.status, 0) << found.error;
   EXPECT_THAT(found.error, HasSubstr("the picture \"strip.png\" was found as \"Strip.PNG\""));
   std::filesystem::copy(folder / "Strip.PNG", folder / "STRIP.png");  // which of them is meant?
-  EXPECT_EQ(marquetry(folder, {"inspect", "strip.obj"}).status, 2);
+  EXPECT_EQ(marquetry(folder, {"fill", "strip.obj", "-o", "o.png"}).status, 2);
+  const Result looked = marquetry(folder, {"inspect", "strip.obj"});
+  EXPECT_EQ(looked.status, 0) << looked.error;
+  EXPECT_THAT(looked.error, HasSubstr("names the picture \"strip.png\", which is not in"));
 }
 
 TEST(Report, IsRefusedBeforeAnyWorkWhereItCannotBeWritten) {

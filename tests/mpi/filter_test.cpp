@@ -78,7 +78,7 @@ TEST(SharedFilter, ReachesTheSameByOtherSolvers) {
 TEST(SharedFilter, BalancesByConstraintsOverManySeams) {
   const Folder folder;
   make(folder, {"bust", "--size", "96", "--misaligned", "--depth", "16", "-o", "bust.obj"});
-  const Words words{"filter", "bust.obj", "--beta", "0", "--alpha", "1e-3", "--depth", "float", "--json"};
+  const Words words{"filter", "bust.obj", "--beta", "0", "--alpha", "1e-3", "--depth", "float", "--tolerance", "1e-7", "--json"};
   const auto to = [&](const std::string& output, const std::string& solver) {
     Words all = words;
     all.insert(all.end(), {"--solver", solver, "-o", output});
