@@ -202,7 +202,8 @@ Exit react(Run& run) {
                                 options.has("field") ? step.progress().step("along the field", 0.2) : Progress());
       wave_length = asked_wave_length(run, *domain);
       growth = std::make_unique<PatternGrowth>(
-          along ? *along : domain->space(), along ? nullptr : &scene.surface, components_of(*domain, scene.surface),
+          along ? *along : domain->space(), along ? nullptr : &scene.surface,
+          along ? std::vector<int>() : components_of(*domain, scene.surface),
           diffusivities(preset, wave_length), wave_length, options.number("time"), step.progress().step("even triangles", 0.45));
     });
   }
@@ -283,6 +284,7 @@ Verb react_verb() {
              .help = "rate k of the reaction, in place of the preset's"});
   table.add({.name = "size",
              .type = Type::integer,
+             .unit = "texels",
              .least = 1,
              .most = 32768,
              .group = "Pattern",

@@ -45,6 +45,14 @@ std::vector<int> space_order(std::span<const Vector3> places) {
   return order;
 }
 
+std::vector<int> triangle_space_order(const Mesh& mesh) {
+  std::vector<Vector3> centres(mesh.triangles.size());
+  parallel_for(std::ssize(centres), [&](std::int64_t t) {
+    centres[t] = mesh.position(int(t), 0) / 3 + mesh.position(int(t), 1) / 3 + mesh.position(int(t), 2) / 3;
+  });
+  return space_order(centres);
+}
+
 OrderedMesh in_space_order(const Mesh& mesh) {
   const std::vector<int> vertices = space_order(mesh.positions);
   std::vector<int> number(vertices.size());
@@ -54,12 +62,7 @@ OrderedMesh in_space_order(const Mesh& mesh) {
     number[std::size_t(vertices[v])] = int(v);
     ordered.positions[v] = mesh.positions[std::size_t(vertices[v])];
   });
-  std::vector<Vector3> centres(mesh.triangles.size());
-  parallel_for(std::ssize(centres), [&](std::int64_t t) {
-    const auto [a, b, c] = mesh.triangles[t];
-    centres[t] = mesh.positions[std::size_t(a)] / 3 + mesh.positions[std::size_t(b)] / 3 + mesh.positions[std::size_t(c)] / 3;
-  });
-  std::vector<int> triangles = space_order(centres);
+  std::vector<int> triangles = triangle_space_order(mesh);
   ordered.triangles.resize(triangles.size());
   parallel_for(std::ssize(triangles), [&](std::int64_t t) {
     const Triangle& corners = mesh.triangles[std::size_t(triangles[t])];

@@ -12,7 +12,10 @@ namespace mq {
 /// axis; equal codes by number. One sort.
 std::vector<int> space_order(std::span<const Vector3> places);
 
-/// A mesh with its vertices and triangles, the latter by their centres, in that order. Positions and triangles only.
+/// The same of a mesh's triangles, by their centres.
+std::vector<int> triangle_space_order(const Mesh& mesh);
+
+/// A mesh with its vertices and triangles in that order. Positions and triangles only.
 struct OrderedMesh {
   Mesh mesh;
   std::vector<int> source;  ///< per triangle its number before

@@ -21,12 +21,7 @@ constexpr int most_triangles = 1 << 26;
 }  // namespace
 
 void TraceMesh::order_triangles(const Surface& surface) {
-  const Mesh& mesh = surface.mesh;
-  std::vector<Vector3> centres(mesh.triangles.size());
-  parallel_for(std::ssize(centres), [&](std::int64_t t) {
-    centres[t] = mesh.position(int(t), 0) / 3 + mesh.position(int(t), 1) / 3 + mesh.position(int(t), 2) / 3;
-  });
-  source_triangles_ = space_order(centres);
+  source_triangles_ = triangle_space_order(surface.mesh);
   trace_triangles_.resize(source_triangles_.size());
   parallel_for(std::ssize(source_triangles_),
                [&](std::int64_t i) { trace_triangles_[source_triangles_[i]] = int(i); });
