@@ -20,7 +20,8 @@ set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME marquetry)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri, fonts-dejavu-core")  # the viewer finds them itself
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS
+  "libegl1, libgl1-mesa-dri, fonts-dejavu-core, libopenblas0-openmp")  # the viewer finds the first three itself
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ffmpeg, man-db, zenity | kdialog")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
   "Smooths, sharpens, stitches and denoises textures on the surface of their model, over all seams of its \

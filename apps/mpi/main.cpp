@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mq/base/error.h"
+#include "mq/linear/calling_thread.h"
 #include "processes.h"
 #include "shell/program.h"
 #include "shell/scratch.h"
@@ -32,6 +33,7 @@ void leave_out_reports(std::vector<std::string>& words) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  mq::stay_on_calling_thread();  // PETSc's packages call BLAS too
   // Words after "--petsc" are PETSc's, for those who know it.
   std::vector<std::string> words(argv + 1, argv + argc);
   const auto end = std::ranges::find(words, "--petsc");

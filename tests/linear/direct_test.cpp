@@ -4,6 +4,8 @@
 #include <atomic>
 #include <limits>
 #include <optional>
+#include <thread>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -40,6 +42,31 @@ TEST_P(Factoring, SolvesLargeSystemsBySupernodesToo) {
   const SparseMatrix A = grid_laplacian(300, 0.01);
   const Signal X = random_signal(90000, 3);
   EXPECT_LE((DirectSolver(A, GetParam()).solve(A * X) - X).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// Some BLAS share buffers between threads that call them at a time.
+TEST_P(Factoring, GivesThreadsThatFactorAtATimeTheSolutionsOfEachAlone) {
+  constexpr int threads = 4, rounds = 20;
+  std::vector<SparseMatrix> A;
+  std::vector<Signal> B, alone;
+  for (int i = 0; i < threads; ++i) {
+    A.push_back(grid_laplacian(60 + 5 * i, 0.01));
+    B.push_back(random_signal(int(A[i].rows()), 2));
+    alone.push_back(DirectSolver(A[i], GetParam()).solve(B[i]));
+  }
+  std::atomic<int> other = 0;
+  std::vector<std::jthread> running;
+  for (int i = 0; i < threads; ++i)
+    running.emplace_back([&, i] {
+      for (int round = 0; round < rounds; ++round)
+        try {
+          if (DirectSolver(A[i], GetParam()).solve(B[i]) != alone[i]) ++other;
+        } catch (const NotPositiveDefinite&) {
+          ++other;
+        }
+    });
+  running.clear();
+  EXPECT_EQ(other, 0);
 }
 
 TEST_P(Factoring, ReadsTheLowerTriangleOnly) {

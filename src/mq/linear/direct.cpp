@@ -17,11 +17,11 @@
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
 #include "mq/base/stopwatch.h"
+#include "mq/linear/calling_thread.h"
 #include "mq/linear/solver.h"
 
 #ifdef MARQUETRY_WITH_CHOLMOD
 #include <cholmod.h>
-#include <dlfcn.h>
 #endif
 
 namespace mq {
@@ -137,28 +137,6 @@ class EigenBackend final : public DirectSolver::Backend {
 
 #ifdef MARQUETRY_WITH_CHOLMOD
 
-/// While it lives OpenMP's loops run in the thread that comes to them. CHOLMOD's are short, and threads that wait for the
-/// next one spin.
-class WithoutOpenMp {
- public:
-  WithoutOpenMp() {
-    if (get_ == nullptr || set_ == nullptr) return;
-    before_ = get_();
-    set_(0);
-  }
-  ~WithoutOpenMp() {
-    if (before_ >= 0) set_(before_);
-  }
-  WithoutOpenMp(const WithoutOpenMp&) = delete;
-  WithoutOpenMp& operator=(const WithoutOpenMp&) = delete;
-
- private:
-  // Of the OpenMP that CHOLMOD was linked with, if it was with any.
-  inline static const auto get_ = reinterpret_cast<int (*)()>(::dlsym(RTLD_DEFAULT, "omp_get_max_active_levels"));
-  inline static const auto set_ = reinterpret_cast<void (*)(int)>(::dlsym(RTLD_DEFAULT, "omp_set_max_active_levels"));
-  int before_ = -1;
-};
-
 class CholmodBackend final : public DirectSolver::Backend {
  public:
   CholmodBackend() {
@@ -190,7 +168,7 @@ class CholmodBackend final : public DirectSolver::Backend {
   }
 
   Index factor(const Triangular& matrix) override {
-    const WithoutOpenMp plain;
+    const OnCallingThread here;
     cholmod_sparse view = view_of(matrix);
     cholmod_l_factorize(&view, factor_, &common_);
     if (common_.status == CHOLMOD_NOT_POSDEF || factor_->minor < factor_->n)
@@ -208,7 +186,7 @@ class CholmodBackend final : public DirectSolver::Backend {
     view.xtype = CHOLMOD_REAL;
     view.dtype = CHOLMOD_DOUBLE;
     const std::lock_guard lock(mutex_);  // CHOLMOD keeps its workspace in common_
-    const WithoutOpenMp plain;
+    const OnCallingThread here;
     cholmod_dense* solution = cholmod_l_solve(CHOLMOD_A, factor_, &view, &common_);
     check("solving with");
     Eigen::MatrixXd X =
