@@ -213,8 +213,9 @@ void say_defects(Run& run, const ModelSignal& signal) {
 }
 
 std::unique_ptr<TextureSignal> make_texture_signal(Run& run, const TexturedModel& model,
-                                                   const TextureSignalOptions& options,
+                                                   TextureSignalOptions options,
                                                    const Progress& progress) {
+  options.kept = run.kept;
   std::unique_ptr<TextureSignal> signal;
   about(model.model, [&] {
     signal = std::make_unique<TextureSignal>(model, options, run.terminal(), progress);

@@ -97,7 +97,7 @@ void say_defects(Run& run, const ModelSignal& signal);
 
 /// A signal of textures, with what was found wrong with its space in the report.
 std::unique_ptr<TextureSignal> make_texture_signal(Run& run, const TexturedModel& model,
-                                                   const TextureSignalOptions& options,
+                                                   TextureSignalOptions options,
                                                    const Progress& progress);
 
 }  // namespace mq::app

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "mq/base/error.h"
+#include "mq/model/kept_work.h"
 #include "mq/baseline/reference_solver.h"
 
 namespace mq::app {
@@ -102,17 +103,22 @@ SolveReport solve_as_asked(Run& run, const ModelSignal& signal, const TimedAttem
 Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& space, double weight,
                        const PoissonSolve& solve) {
   Solution solution;
+  KeptWork::Equation equation;
+  int attempts = 0;
   solve_as_asked(run, signal, [&](const SolverFactory& factory, const SolvingShares& shares) {
-    std::unique_ptr<ScreenedPoisson> equation;
     {
       const Step step(run, "prepare", shares.prepare);
-      equation = std::make_unique<ScreenedPoisson>(space, weight, factory, step);
+      const bool first = attempts++ == 0;
+      equation = run.kept && first
+                     ? run.kept->equation(space, weight, solver_choice(run.options(), signal), factory, step)
+                     : KeptWork::Equation{std::make_shared<const ScreenedPoisson>(space, weight, factory, step)};
     }
     const Step step(run, "solve", shares.solve);
     if (solution.before.size() == 0) solution.before = signal.values();
-    solution.filtered = solve(*equation, solution.before, step);
+    solution.filtered = solve(*equation.of, solution.before, step);
     return solution.filtered.report;
   });
+  if (run.kept) run.solve["kept"] = equation.kept;
   return solution;
 }
 

@@ -19,6 +19,10 @@
 #include "mq/io/model.h"
 #include "shell/terminal.h"
 
+namespace mq {
+class KeptWork;
+}
+
 namespace mq::app {
 
 using Json = nlohmann::ordered_json;
@@ -87,6 +91,9 @@ class Run {
 
   /// Given the result of a verb that changes a model, which is not written then; empty: it is.
   std::function<void(Model model)> receiver;
+
+  /// What runs before this one prepared on the same charts; null: nobody keeps it.
+  KeptWork* kept = nullptr;
 
   Json input = Json::object();   ///< what was read
   Json result = Json::object();  ///< what the verb found, by name

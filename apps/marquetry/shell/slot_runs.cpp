@@ -29,10 +29,11 @@ struct SlotRun {
 };
 
 SlotRun run_slot(const Verb& verb, OptionValues options, const std::string& slot, Terminal& terminal,
-                 const Progress& progress) {
+                 const Progress& progress, KeptWork& kept) {
   options.set("slot", {slot});
   SlotRun result{slot, {}, {}};
   Run run(options, terminal, progress);
+  run.kept = &kept;
   run.receiver = [&](Model model) { result.made = std::move(model); };
   try {
     result.exit = verb.run(run);
@@ -91,7 +92,7 @@ bool asks_for_slots(const Verb& verb, const OptionValues& options) {
 }
 
 SlotsOutcome run_slots(const Verb& verb, const OptionValues& options, Terminal& terminal,
-                       const Progress& progress) {
+                       const Progress& progress, KeptWork& kept) {
   const Model model = read_model(options.text("mesh"),
                                  {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
   check_output(options.text("output"), model);
@@ -101,7 +102,7 @@ SlotsOutcome run_slots(const Verb& verb, const OptionValues& options, Terminal& 
   for (const std::string& slot : slots) {
     terminal.remark(fmt::format("{}: slot {}", model.path.string(), slot));
     runs.push_back(run_slot(verb, options, slot, terminal,
-                            progress.step("slot " + slot, 0.9 / double(slots.size()))));
+                            progress.step("slot " + slot, 0.9 / double(slots.size())), kept));
     all.exit = std::max(all.exit, runs.back().exit);
   }
   all.report = runs.back().report;

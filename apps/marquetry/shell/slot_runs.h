@@ -11,12 +11,13 @@ namespace mq::app {
 bool asks_for_slots(const Verb& verb, const OptionValues& options);
 
 /// Runs the verb for each of them, then writes one model, or the pictures of all. Returns its report:
-/// that of the last, with the options of the whole and every slot's own report under "slots".
+/// that of the last, with the options of the whole and every slot's own report under "slots". Slots on the same
+/// charts keep what was prepared for each other.
 struct SlotsOutcome {
   Exit exit = Exit::done;
   Json report;
 };
 SlotsOutcome run_slots(const Verb& verb, const OptionValues& options, Terminal& terminal,
-                       const Progress& progress);
+                       const Progress& progress, KeptWork& kept);
 
 }  // namespace mq::app

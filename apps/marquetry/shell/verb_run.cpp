@@ -12,6 +12,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/io/held_files.h"
 #include "mq/io/tiles.h"
+#include "mq/model/kept_work.h"
 #include "mq/version.h"
 #include "shell/slot_runs.h"
 #include "verbs/shared/unwrap_evolving.h"
@@ -71,12 +72,14 @@ void refuse_frame_places(const OptionValues& options) {
 }
 
 VerbOutcome run_once(const Verb& verb, const OptionValues& options, Terminal& terminal,
-                 const Progress& progress) {
+                     const Progress& progress, KeptWork* kept) {
   if (asks_for_slots(verb, options)) {
-    SlotsOutcome slots = run_slots(verb, options, terminal, progress);
+    KeptWork of_slots;
+    SlotsOutcome slots = run_slots(verb, options, terminal, progress, kept ? *kept : of_slots);
     return {slots.exit, std::move(slots.report)};
   }
   Run run(options, terminal, progress);
+  run.kept = kept;
   const Exit exit = verb.run(run);
   progress.check();
   return {exit, run.report()};
@@ -85,7 +88,7 @@ VerbOutcome run_once(const Verb& verb, const OptionValues& options, Terminal& te
 }  // namespace
 
 VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal& terminal,
-                         const Progress& progress) {
+                         const Progress& progress, KeptWork* kept) {
   const auto threads = options.integer("threads");
   const tbb::global_control control(
       tbb::global_control::max_allowed_parallelism,
@@ -97,7 +100,7 @@ VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal
     refuse_frame_places(options);
   }
   if (!sequence || !options.has("frames")) {
-    VerbOutcome one = run_once(verb, options, terminal, progress);
+    VerbOutcome one = run_once(verb, options, terminal, progress, kept);
     terminal.say_where_more_is();
     return one;
   }
@@ -108,10 +111,12 @@ VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal
   require_frames(options, frames);
   VerbOutcome all;
   Json reports = Json::array();
+  KeptWork of_frames;
+  if (!kept && frames.size() > 1) kept = &of_frames;
   for (const int frame : frames) {
     VerbOutcome one =
         run_once(verb, frame_options(options, frame), terminal,
-                 progress.step(fmt::format("frame {}", frame), 1.0 / double(frames.size())));
+                 progress.step(fmt::format("frame {}", frame), 1.0 / double(frames.size())), kept);
     all.exit = std::max(all.exit, one.exit);
     one.report["frame"] = frame;
     reports.push_back(std::move(one.report));

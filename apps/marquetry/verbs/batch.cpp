@@ -8,6 +8,7 @@
 #include "mq/base/error.h"
 #include "mq/io/bytes.h"
 #include "mq/io/json_read.h"
+#include "mq/model/kept_work.h"
 #include "shell/output_ledger.h"
 #include "shell/run.h"
 #include "shell/scratch.h"
@@ -285,11 +286,26 @@ class Batch {
     return (full_name(path) / "").parent_path();
   }
 
+  static std::string model_of(const Job& job) {
+    const bool has_one = std::ranges::count(job.options.table().options(), "mesh", &Option::name) > 0;
+    return has_one && job.options.has("mesh") ? job.options.text("mesh") : std::string();
+  }
+
+  /// Whether the job before or after it works on the same model: then one keeps what the other can use.
+  bool shares_model(const Job& job) const {
+    const std::string model = model_of(job);
+    const std::size_t i = std::size_t(&job - jobs_.data());
+    const auto same = [&](std::size_t k) { return k < jobs_.size() && model_of(jobs_[k]) == model; };
+    return !model.empty() && (same(i + 1) || (i > 0 && same(i - 1)));
+  }
+
   /// What went wrong with it, if anything did; `Cancelled` is passed on.
   std::string done(const Job& job, const Progress& progress, VerbOutcome& outcome) {
     try {
       name_options_of(job.verb);
-      outcome = run_as_asked(job.verb, job.options, run_.terminal(), progress);
+      if (!job_before_ || model_of(*job_before_) != model_of(job)) kept_.forget();
+      job_before_ = &job;
+      outcome = run_as_asked(job.verb, job.options, run_.terminal(), progress, shares_model(job) ? &kept_ : nullptr);
       if (!job.options.flag("dry-run")) write_report(job.options, outcome.report);
       return "";
     } catch (const Cancelled&) {
@@ -309,6 +325,8 @@ class Batch {
 
   Run& run_;
   std::vector<Job> jobs_;
+  KeptWork kept_;                   ///< of jobs in a row on one model
+  const Job* job_before_ = nullptr;  ///< none yet
   OutputLedger ledger_;
   std::set<std::filesystem::path> awaited_;  ///< outputs of jobs that --dry-run did not look at further
   Json reports_ = Json::array();

@@ -17,6 +17,7 @@
 
 namespace mq {
 
+class KeptWork;
 class ShadingFrames;
 class TangentTexels;
 
@@ -90,6 +91,7 @@ struct TextureSignalOptions {
   enum class Pictures { read, replaced } pictures = Pictures::read;
 
   std::optional<Depth> depth = {};  ///< that pictures will be written in, where it is not their own
+  KeptWork* kept = nullptr;         ///< whose space is taken, if it is the same; null: it is made
 };
 
 /// Textures. Those with and without alpha are worked on together; where one lacks it, it is 1.
@@ -155,7 +157,7 @@ class TextureSignal final : public ModelSignal {
   ValueSpace values_;
   int channels_ = 0;
   std::optional<SeparatedAtlas> apart_;  ///< nothing where each texel is one unknown
-  std::optional<TexelSpace> space_;
+  std::shared_ptr<const TexelSpace> space_;
   std::optional<TexelCopies> copies_;
   std::vector<std::vector<int>> by_texture_;  ///< unknowns
   std::shared_ptr<const TangentTexels> tangent_;  ///< null: values are not in tangent space

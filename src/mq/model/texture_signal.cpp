@@ -15,6 +15,7 @@
 #include "mq/fem/field_metric.h"
 #include "mq/model/detail/same_row.h"
 #include "mq/model/detail/texel_values.h"
+#include "mq/model/kept_work.h"
 #include "mq/model/model_signal.h"
 
 namespace mq {
@@ -97,7 +98,8 @@ TextureSignal::TextureSignal(const TexturedModel& model, const TextureSignalOpti
     apart_ = separate_overlaps(model.surface, *model.atlas, progress.step("lay charts apart", 0.2));
     rest = progress.step("texels", 0.8);
   }
-  space_.emplace(model.surface, atlas(), options.space, rest);
+  space_ = options.kept ? options.kept->space(model.surface, atlas(), options.space, rest)
+                        : std::make_shared<const TexelSpace>(model.surface, atlas(), options.space, rest);
   if (apart_) copies_.emplace(model.surface, *apart_, *space_);
   by_texture_.resize(model.texture_sizes.size());
   for (int k = 0; k < space_->size(); ++k) by_texture_[std::size_t(home(k).texture)].push_back(k);
