@@ -1,6 +1,5 @@
-/// BLAS and OpenMP, kept in the thread that calls them.
-
 #pragma once
+/// BLAS and OpenMP, kept in the thread that calls them.
 
 namespace mq {
 
