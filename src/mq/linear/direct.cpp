@@ -26,7 +26,7 @@
 
 namespace mq {
 
-namespace {
+namespace factors {
 
 using Index = std::int64_t;
 
@@ -41,6 +41,12 @@ struct Triangular {
     return begin == other.begin && column == other.column;
   }
 };
+
+}  // namespace factors
+
+using factors::Index, factors::Triangular;
+
+namespace {
 
 Triangular lower_triangle(const SparseMatrix& A) {
   require(A.rows() == A.cols(), fmt::format("a direct solver factors square matrices; this one has "
