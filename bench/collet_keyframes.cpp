@@ -1,9 +1,10 @@
-// collet_keyframes FRAMES OUT.evolving [NUMBERS [WITHIN]]: a sequence shown by keyframes, chosen by components, genus
+// collet_keyframes FRAMES OUT.evolving [UNTIL [WITHIN]]: a sequence shown by keyframes, chosen by components, genus
 // and area (baseline/keyframes.h) and followed both ways, as an evolving mesh in which nothing lives on from one
 // to the next.
 //
-// NUMBERS: which frames, as 20-79. Frames are followed as by `track`. A keyframe goes no farther than to the frame in
-// which `track --remesh --within WITHIN` (in % of the diagonal) would replace a part of it.
+// Frames are followed as by `track`. UNTIL says how far. replaced (default): up to the frame in which `track --remesh
+// --within WITHIN` (in % of the diagonal) would replace a part. distance: up to the frame of which more than 5 % of the
+// points are farther than WITHIN, or one is five times as far; triangles stay however long they become.
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
@@ -14,7 +15,6 @@
 #include "mq/base/error.h"
 #include "mq/baseline/keyframes.h"
 #include "mq/io/evolving_file.h"
-#include "mq/io/frame_files.h"
 #include "mq/model/frame_loader.h"
 #include "mq/model/sequence_tracker.h"
 
@@ -38,28 +38,40 @@ class FramesFrom : public FrameLoader {
   int first_, direction_;
 };
 
+/// How far a keyframe goes.
+struct Until {
+  Remeshing remeshing = Remeshing::keyframes;  ///< or none: as far as distances allow
+  double within = TemplateFollowerOptions().within;
+};
+
 /// Keeps up to so many frames, and those of the first segment alone.
 class FirstSegment : public MemoryStore {
  public:
-  explicit FirstSegment(int most) : most_(most) {}
+  FirstSegment(int most, const Until& until) : most_(most), until_(until) {}
   void add_segment(const EvolvingSegment& segment) override {
     if (!mesh().segments.empty()) throw Cancelled();
     MemoryStore::add_segment(segment);
   }
   void add_frame(const FollowedFrame& frame, const std::vector<Vector3>& positions) override {
+    if (until_.remeshing == Remeshing::none && !frames().empty() && is_far(frame.distance)) throw Cancelled();
     MemoryStore::add_frame(frame, positions);
     if (int(frames().size()) == most_) throw Cancelled();
   }
 
  private:
+  bool is_far(const SurfaceDistance& distance) const {
+    return distance.p95 > until_.within || distance.max > farthest_in_within * until_.within;
+  }
+
   int most_;
+  Until until_;
 };
 
-FirstSegment followed(const FrameLoader& frames, int keyframe, int direction, int most, double within) {
+FirstSegment followed(const FrameLoader& frames, int keyframe, int direction, int most, const Until& until) {
   const FramesFrom part(frames, keyframe, direction);
-  FirstSegment store(most);
+  FirstSegment store(most, until);
   try {
-    SequenceTracker(part, store, {.follow = {.remeshing = Remeshing::keyframes, .within = within}}).run();
+    SequenceTracker(part, store, {.follow = {.remeshing = until.remeshing, .within = until.within}}).run();
   } catch (const Cancelled&) {
     // It is as long as it can be.
   }
@@ -75,9 +87,9 @@ struct Shown {
   std::vector<FollowedFrame> frames;
 };
 
-Shown shown_by(const FrameLoader& all, int keyframe, int first, int last, double within) {
-  const FirstSegment back = followed(all, keyframe, -1, keyframe - first + 1, within),
-                     on = followed(all, keyframe, 1, last - keyframe + 1, within);
+Shown shown_by(const FrameLoader& all, int keyframe, int first, int last, const Until& until) {
+  const FirstSegment back = followed(all, keyframe, -1, keyframe - first + 1, until),
+                     on = followed(all, keyframe, 1, last - keyframe + 1, until);
   require(back.mesh().frames[0].positions == on.mesh().frames[0].positions,
           "a keyframe is not the same mesh both ways");
   Shown shown{{keyframe, keyframe - int(back.frames().size()) + 1, keyframe + int(on.frames().size()) - 1},
@@ -120,18 +132,20 @@ void write(const std::string& out, std::vector<Shown>& all) {
 }
 
 int main(int count, char** words) {
-  require(count >= 3 && count <= 5, "usage: collet_keyframes FRAMES OUT.evolving [NUMBERS [WITHIN]]");
-  const double within = count > 4 ? std::stod(words[4]) / 100 : TemplateFollowerOptions().within;
-  FileFramesOptions which;
-  if (count > 3) which.numbers = parse_frames(words[3]);
+  const std::string how = count > 3 ? words[3] : "replaced";
+  require(count >= 3 && count <= 5 && (how == "replaced" || how == "distance"),
+          "usage: collet_keyframes FRAMES OUT.evolving [replaced|distance [WITHIN]]");
+  Until until;
+  if (how == "distance") until.remeshing = Remeshing::none;
+  if (count > 4) until.within = std::stod(words[4]) / 100;
   Messages messages;
-  const FileFrames frames(words[1], which, messages);
+  const FileFrames frames(words[1], {}, messages);
   std::vector<std::vector<ComponentShape>> shapes;
   for (int f = 0; f < frames.count(); ++f) shapes.push_back(component_shapes(make_surface(frames.read(f).mesh)));
   const std::vector<double> scores = keyframe_scores(shapes);
   std::vector<Shown> all;
   choose_keyframes(scores, [&](int keyframe, int first, int last) {
-    all.push_back(shown_by(frames, keyframe, first, last, within));
+    all.push_back(shown_by(frames, keyframe, first, last, until));
     return all.back().range;
   });
   write(words[2], all);

@@ -68,6 +68,10 @@ int main(int count, char** words) {
       const double middle = std::sqrt(low * high);
       (far(middle).mean <= wanted ? low : high) = middle;
     }
+    // Where positions lie on planes, as those of marching cubes do, distances do not only grow.
+    double coarser = low;
+    for (int more = 0; more < 12; ++more)
+      if (far(coarser *= 1.05).mean <= wanted) low = coarser;
     const SurfaceDistance after = far(low);
     const fs::path made = fs::temp_directory_path() / ("store_at_distance_" + std::to_string(getpid()) + ".evolving");
     write_evolving(made, evolving, step_within(low * diagonal), "{}", {}, reader.uv_step());

@@ -54,6 +54,18 @@ TEST(ComponentShapes, CloseHolesAndCountHandlesAlone) {
   EXPECT_EQ(two[1].genus, 0);
 }
 
+TEST(ComponentShapes, DoNotTakeCollapsedTrianglesForHoles) {
+  // As exporters that round leave them: an edge of three triangles, one of which uses a vertex twice.
+  Mesh ring = fixtures::torus(20, 12);
+  ring.corner_uvs.clear();
+  const Triangle t = ring.triangles[7];
+  ring.triangles.push_back({t[0], t[1], t[0]});
+  ring.triangles.push_back({t[2], t[2], t[2]});
+  const Parts parts = component_shapes(make_surface(ring));
+  ASSERT_EQ(parts.size(), 1U);
+  EXPECT_EQ(parts[0].genus, 1);
+}
+
 TEST(ComponentShapes, LeaveOutWhatIsTiny) {
   const Surface surface =
       make_surface(fixtures::beside(fixtures::sphere(3), moved(fixtures::sphere(1), 5, 0.02)));

@@ -1,5 +1,6 @@
 // A component's χ = V − E + F counts the vertices, edges and triangles that it uses. A surface's vertices have one fan
-// each, so that edges of a boundary that share a vertex are of one loop.
+// each, so that edges of a boundary that share a vertex are of one loop. Triangles that use a vertex twice are no part
+// of a fan, and are left out.
 
 #include "mq/baseline/keyframes.h"
 
@@ -16,13 +17,15 @@
 namespace mq {
 namespace {
 
+bool is_collapsed(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
+
 /// Loops of the whole boundary: per vertex the lowest one of its loop, −1 inside.
 std::vector<int> boundary_loops(const Surface& surface) {
   DisjointSets sets(surface.mesh.positions.size());
   std::vector<int> loop(surface.mesh.positions.size(), -1);
   for (HalfEdge h = 0; h < HalfEdge(surface.twins.size()); ++h) {
-    if (surface.twins[h] >= 0) continue;
     const Triangle& t = surface.mesh.triangles[h / 3];
+    if (surface.twins[h] >= 0 || is_collapsed(t)) continue;
     const int from = t[h % 3], to = t[(h + 1) % 3];
     sets.join(from, to);
     loop[from] = loop[to] = 0;
