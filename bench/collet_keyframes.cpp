@@ -155,9 +155,9 @@ int main(int count, char** words) {
     int genus = 0;
     double area = 0;
     for (const ComponentShape& shape : shapes[std::size_t(range.keyframe)]) genus += shape.genus, area += shape.area;
-    std::printf("| %d | %d to %d | %zu | %d | %.4g | %.4f |\n", frames.number(range.keyframe), frames.number(range.first),
-                frames.number(range.last), shapes[std::size_t(range.keyframe)].size(), genus, area,
-                scores[std::size_t(range.keyframe)]);
+    std::printf("| %d | %d to %d | %zu | %d | %.4g | %.4f |\n", frames.number(range.keyframe),
+                frames.number(range.first), frames.number(range.last), shapes[std::size_t(range.keyframe)].size(), genus,
+                area, scores[std::size_t(range.keyframe)]);
   }
   return 0;
 }

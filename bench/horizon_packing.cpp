@@ -1,5 +1,5 @@
-// horizon_packing SIZE MODEL...: how full a texture of SIZE x SIZE texels is with the charts of `unwrap`, or those of an
-// evolving mesh, STORE.evolving, over time, in the places of `pack` and in those of the thesis' packing by 16 + 16
+// horizon_packing SIZE MODEL...: how full a texture of SIZE x SIZE texels is with the charts of `unwrap`, or those of
+// an evolving mesh, STORE.evolving, over time, in the places of `pack` and in those of the thesis' packing by 16 + 16
 // horizons, with charts in one direction and in the sixteen that `pack` has. Gutter 2.
 #include <cstdio>
 #include <filesystem>

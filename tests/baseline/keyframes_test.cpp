@@ -128,7 +128,8 @@ TEST(Keyframes, ShowEveryFrameOnceAndNoneIsBetterThanItsOwn) {
   for (std::uint64_t trial = 0; trial < 50; ++trial) {
     const int count = 1 + int(40 * random.uniform(1000 * trial));
     std::vector<double> scores;
-    for (int f = 0; f < count; ++f) scores.push_back(std::floor(5 * random.uniform(1000 * trial + std::uint64_t(f) + 1)));
+    for (int f = 0; f < count; ++f)
+      scores.push_back(std::floor(5 * random.uniform(1000 * trial + std::uint64_t(f) + 1)));
     const auto follow = [&](int keyframe, int first, int last) {
       const auto draw = [&](int side) {
         return random.uniform(1000 * trial + 100 + 2 * std::uint64_t(keyframe) + std::uint64_t(side));

@@ -108,7 +108,7 @@ TEST(WaningCharts, HaveTheCapsOfTheirTrianglesAndTheSidesThatAreThere) {
             charting_energy(graph, {LifespanChart{{0, 1}, 0, 1}}, 1));
 }
 
-/// E of the thesis, from nothing but the meshes: ‖C‖_C + α ‖C‖_S / ‖C‖_C with α ten times the mean radius of a triangle.
+/// E of the thesis, from nothing but the meshes: ‖C‖_C + α ‖C‖_S / ‖C‖_C, α ten times the mean radius of a triangle.
 double thesis_energy(const EvolvingMesh& evolving, const NeighbourGraph& graph, const LifespanCharts& found) {
   double area = 0, count = 0, energy = 0;
   for (int f = 0; f < int(evolving.frames.size()); ++f) {

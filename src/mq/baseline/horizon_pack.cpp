@@ -315,9 +315,10 @@ Packing horizon_pack(const std::vector<PackChart>& charts, const HorizonPackOpti
       high = middle;
     }
   }
-  require(places.has_value(), fmt::format("{} charts with gutters of {} do not fit into {} × {} texels: wanted a larger "
-                                          "texture or a smaller gutter",
-                                          charts.size(), options.gutter, options.width, options.height));
+  require(places.has_value(),
+          fmt::format("{} charts with gutters of {} do not fit into {} × {} texels: wanted a larger texture or a "
+                      "smaller gutter",
+                      charts.size(), options.gutter, options.width, options.height));
   progress.at(1);
   return {std::move(*places), low, contents.total * low * low / (texels * contents.frames),
           texels / (contents.fullest * low * low)};

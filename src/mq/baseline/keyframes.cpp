@@ -104,8 +104,8 @@ std::vector<KeyframeRange> choose_keyframes(std::span<const double> scores, cons
     const KeyframeRange found = follow(keyframe, first, last);
     require(found.keyframe == keyframe && first <= found.first && found.first <= keyframe && keyframe <= found.last &&
                 found.last <= last,
-            fmt::format("keyframe {} was to be followed in frames {} to {}: found {} in {} to {}", keyframe, first, last,
-                        found.keyframe, found.first, found.last));
+            fmt::format("keyframe {} was to be followed in frames {} to {}: found {} in {} to {}", keyframe, first,
+                        last, found.keyframe, found.first, found.last));
     std::fill(shown.begin() + found.first, shown.begin() + found.last + 1, 1);
     ranges.push_back(found);
   }

@@ -1,6 +1,6 @@
-// Voxel (i, j, k) is [i, i + 1) × [j, j + 1) × [k, k + 1) in units of its side. The edge of axis a at (i, j, k) runs from
-// there to the next corner along a; the face of axis a at (i, j, k) is the voxel's lower one across a. Its edges are, with
-// b and c the other axes, those of b at (i, j, k) and one further along c, and those of c likewise.
+// Voxel (i, j, k) is [i, i + 1) × [j, j + 1) × [k, k + 1) in units of its side. The edge of axis a at (i, j, k) runs
+// from there to the next corner along a; the face of axis a at (i, j, k) is the voxel's lower one across a. Its edges
+// are, with b and c the other axes, those of b at (i, j, k) and one further along c, and those of c likewise.
 //
 // A triangle crosses an edge of axis a where its projection along a holds the edge's line. That is decided by signs of
 // areas in the half-open way of rasters, so that of triangles that share a side exactly one holds what is on it.
