@@ -12,6 +12,7 @@
 #include "evolving_models.h"
 #include "mq/base/error.h"
 #include "mq/base/random.h"
+#include "mq/mesh/geometry.h"
 
 namespace mq {
 namespace {
@@ -105,6 +106,55 @@ TEST(WaningCharts, HaveTheCapsOfTheirTrianglesAndTheSidesThatAreThere) {
   // Nothing lost: as a prism.
   EXPECT_EQ(charting_energy(graph, {WaningChart{0, {0, 1}, {1, 1}}}, 1),
             charting_energy(graph, {LifespanChart{{0, 1}, 0, 1}}, 1));
+}
+
+/// E of the thesis, from nothing but the meshes: ‖C‖_C + α ‖C‖_S / ‖C‖_C, α ten times the mean radius of a triangle.
+double thesis_energy(const EvolvingMesh& evolving, const NeighbourGraph& graph, const LifespanCharts& found) {
+  double area = 0, count = 0, energy = 0;
+  for (int f = 0; f < int(evolving.frames.size()); ++f) {
+    area += total_area(evolving.mesh(f));
+    count += evolving.segments[evolving.frames[f].segment].triangle_count();
+  }
+  const double alpha = 10 * std::sqrt(area / count * 4 / (3 * std::sqrt(3.0)));
+  for (const LifespanChart& chart : found.charts) {
+    std::set<int> ids;
+    for (const int c : chart.chains) ids.insert(graph.chains[c].triangle);
+    double caps = 0, sides = 0, frames = 0;
+    for (int f = 0; f < int(evolving.frames.size()); ++f) {
+      const int period = evolving.frames[f].segment;
+      if (period < chart.first || period > chart.last) continue;
+      ++frames;
+      const EvolvingSegment& segment = evolving.segments[period];
+      const Mesh mesh = evolving.mesh(f);
+      std::map<std::pair<int, int>, int> uses;
+      for (int t = 0; t < mesh.triangle_count(); ++t) {
+        if (!ids.contains(segment.triangle_ids[t])) continue;
+        caps += 2 * triangle_area(mesh, t);
+        for (int k = 0; k < 3; ++k) ++uses[std::minmax({mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]})];
+      }
+      for (const auto& [edge, used] : uses)
+        if (used == 1) sides += (mesh.positions[edge.first] - mesh.positions[edge.second]).norm();
+    }
+    caps /= frames;
+    energy += caps + alpha * sides / caps;
+  }
+  return energy;
+}
+
+TEST(LifespanCharts, HaveTheEnergyOfTheThesisWithTenTimesTheFramesPerArea) {
+  for (const double side : {1.0, 1.7}) {
+    const EvolvingMesh evolving = patched_sheet(12, 6, 3, side / 12);
+    const NeighbourGraph graph = neighbour_graph(evolving);
+    double area = 0;
+    const double frames = double(evolving.frames.size());
+    for (int f = 0; f < int(frames); ++f) area += total_area(evolving.mesh(f)) / frames;
+    const double beta = 10 * frames / area;
+    for (const auto edits : {ChartingOptions::Edits::none, ChartingOptions::Edits::descend}) {
+      const LifespanCharts found = find_lifespan_charts(graph, {.beta = beta, .edits = edits});
+      const double wanted = thesis_energy(evolving, graph, found);
+      EXPECT_NEAR(area * charting_energy(graph, found.charts, beta), wanted, 1e-5 * wanted);
+    }
+  }
 }
 
 TEST(LifespanCharts, LeaveThePastAsItWas) {
