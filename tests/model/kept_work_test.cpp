@@ -68,6 +68,9 @@ TEST_F(Keeping, GivesTheEquationOfTheSameWeightAndSolverAgain) {
   EXPECT_FALSE(equation(*at, 0.02, any).kept);
   EXPECT_FALSE(equation(*at, 0.02, {.stop = {.tolerance = 1e-3}}).kept);
   EXPECT_TRUE(equation(*at, 0.02, {.stop = {.tolerance = 1e-3}}).kept);
+  kept.forget_equation();
+  EXPECT_FALSE(equation(*at, 0.02, {.stop = {.tolerance = 1e-3}}).kept);
+  EXPECT_EQ(space(charts.model), at);
   const TexelSpace elsewhere(charts.model.surface, *charts.model.atlas);
   EXPECT_FALSE(equation(elsewhere, 0.02, direct).kept);
   EXPECT_FALSE(equation(elsewhere, 0.02, direct).kept);

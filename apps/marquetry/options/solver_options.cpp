@@ -79,7 +79,9 @@ SolverChoice solver_choice(const OptionValues& options, const ModelSignal& signa
   return choice;
 }
 
-SolveReport solve_as_asked(Run& run, const ModelSignal& signal, const TimedAttempt& attempt) {
+namespace {
+
+SolveReport solve_by_choice(Run& run, const ModelSignal& signal, const TimedAttempt& attempt) {
   const SolveOutcome outcome = solve_with(
       solver_choice(run.options(), signal), signal.space(),
       [&](const SolverFactory& factory, int retry) {
@@ -100,12 +102,19 @@ SolveReport solve_as_asked(Run& run, const ModelSignal& signal, const TimedAttem
   return outcome.report;
 }
 
+}  // namespace
+
+SolveReport solve_as_asked(Run& run, const ModelSignal& signal, const TimedAttempt& attempt) {
+  if (run.kept) run.kept->forget_equation();  // this one is another, and needs the memory
+  return solve_by_choice(run, signal, attempt);
+}
+
 Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& space, double weight,
                        const PoissonSolve& solve) {
   Solution solution;
   KeptWork::Equation equation;
   int attempts = 0;
-  solve_as_asked(run, signal, [&](const SolverFactory& factory, const SolvingShares& shares) {
+  solve_by_choice(run, signal, [&](const SolverFactory& factory, const SolvingShares& shares) {
     {
       const Step step(run, "prepare", shares.prepare);
       const bool first = attempts++ == 0;

@@ -56,8 +56,10 @@ struct KeptWork::Prepared {
 KeptWork::KeptWork() = default;
 KeptWork::~KeptWork() { forget(); }
 
+void KeptWork::forget_equation() { prepared_.reset(); }
+
 void KeptWork::forget() {
-  prepared_.reset();  // refers to the space
+  forget_equation();  // it refers to the space
   place_.reset();
 }
 

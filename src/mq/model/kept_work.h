@@ -37,7 +37,8 @@ class KeptWork {
   Equation equation(const SignalSpace& space, double weight, const SolverChoice& choice, const SolverFactory& factory,
                     const Progress& progress = {});
 
-  /// Lets go of both.
+  /// Lets go of the equation, or of both.
+  void forget_equation();
   void forget();
 
  private:
