@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "evolving_models.h"
 #include "mq/atlas/atlas.h"
@@ -232,18 +233,96 @@ TEST(LookAhead, KeepsTextureCoordinatesOfChartsThatGoOn) {
   }
 }
 
+void expect_no_texel_twice(const EvolvingMesh& evolving, int frame) {
+  const Surface surface = make_surface(evolving.mesh(frame));
+  const Coverage coverage =
+      texel_coverage(surface, make_atlas(surface, {{size, size}}, {}), {}).front();
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x) EXPECT_LE(coverage.count(x, y), 1) << frame;
+}
+
 TEST(LookAhead, NeverGivesATexelToTwoChartsOfAFrame) {
   for (const int look_ahead : {0, 5}) {
     EvolvingMesh evolving = patched_sheet(14, 8, 2);
     const LifespanAtlas atlas = lay_out(evolving, known(look_ahead));
     for (int f = 0; f < int(evolving.frames.size()); f += 3) {
       EXPECT_EQ(atlas.frames[f].flipped, 0);
-      const Surface surface = make_surface(evolving.mesh(f));
-      const Coverage coverage =
-          texel_coverage(surface, make_atlas(surface, {{size, size}}, {}), {}).front();
-      for (int y = 0; y < size; ++y)
-        for (int x = 0; x < size; ++x) EXPECT_LE(coverage.count(x, y), 1) << f;
+      expect_no_texel_twice(evolving, f);
     }
+  }
+}
+
+/// How many pieces of the texture the triangles at a vertex of a segment are in.
+std::map<int, int> pieces_at_vertices(const EvolvingSegment& segment) {
+  std::map<int, std::set<int>> uvs;
+  for (int t = 0; t < segment.triangle_count(); ++t)
+    for (int k = 0; k < 3; ++k) uvs[segment.triangles[t][k]].insert(segment.corner_uvs[t][k]);
+  std::map<int, int> result;
+  for (const auto& [v, all] : uvs) result[v] = int(all.size());
+  return result;
+}
+
+/// A sheet of n × n squares, of which in the second period those around a vertex are others.
+EvolvingMesh sheet_with_new_squares(int n, int vertex, int radius) {
+  EvolvingMesh evolving = patched_sheet(n, 1, 1);
+  std::vector<int> ids(n * n);
+  for (int i = 0; i < n * n; ++i) {
+    const int x = i % n - vertex % (n + 1), y = i / n - vertex / (n + 1);
+    const bool is_new = x >= -radius && x < radius && y >= -radius && y < radius;
+    ids[i] = is_new ? n * n + i : i;
+  }
+  evolving.segments.push_back(grid(n, ids));
+  for (int f = 0; f < 3; ++f) evolving.frames.push_back({3 + f, 1, evolving.frames[f].positions});
+  return evolving;
+}
+
+TEST(LookAhead, PartsWhatIsNewBetweenTheChartsAroundIt) {
+  const int n = 14;
+  EvolvingMesh first = patched_sheet(n, 1, 1);
+  lay_out(first, known(0));
+  int tried = 0;
+  for (const auto& [vertex, pieces] : pieces_at_vertices(first.segments[0])) {
+    const int x = vertex % (n + 1), y = vertex / (n + 1);
+    if (pieces < 2 || x < 3 || y < 3 || x > n - 3 || y > n - 3 || (x + y) % 2 == 1) continue;
+    ++tried;
+    EvolvingMesh evolving = sheet_with_new_squares(n, vertex, 2);
+    const LifespanAtlas atlas = lay_out(evolving, known(0));
+    EXPECT_LE(atlas.frames[3].charts, atlas.frames[0].charts) << "around vertex " << vertex;
+    EXPECT_EQ(atlas.frames[3].added, 32);
+    EXPECT_EQ(atlas.flipped, 0);
+    std::map<int, int> index;
+    for (int t = 0; t < 2 * n * n; ++t) index[evolving.segments[0].triangle_ids[t]] = t;
+    int moved = 0;
+    for (int t = 0; t < 2 * n * n; ++t)
+      if (const auto before = index.find(evolving.segments[1].triangle_ids[t]); before != index.end())
+        moved += corners(evolving.segments[1], t) != corners(evolving.segments[0], before->second);
+    EXPECT_EQ(moved, atlas.moved);
+    EXPECT_LE(moved, n * n / 2);  // what is around, at most
+    expect_no_texel_twice(evolving, 3);
+  }
+  EXPECT_GT(tried, 3);
+}
+
+TEST(LookAhead, DoesNotGatherCharts) {
+  // In every period another 4 × 4 squares of a waving sheet are new.
+  const int n = 20, periods = 14;
+  for (const int seed : {3, 4, 5}) {
+    const Random random{std::uint64_t(seed)};
+    EvolvingMesh evolving = patched_sheet(n, periods, 1);
+    std::vector<int> ids(n * n);
+    for (int i = 0; i < n * n; ++i) ids[i] = i;
+    for (int p = 0; p < periods; ++p) {
+      const int x = int((n - 4) * random.uniform(2 * p)), y = int((n - 4) * random.uniform(2 * p + 1));
+      for (int i = 0; p > 0 && i < 16; ++i) ids[(y + i / 4) * n + x + i % 4] = n * n + 16 * p + i;
+      evolving.segments[p] = grid(n, ids);
+    }
+    LifespanAtlasOptions options = known(0);
+    options.unwrap.width = options.unwrap.height = 4 * size;
+    const LifespanAtlas atlas = lay_out(evolving, options);
+    for (const LifespanAtlasFrame& frame : atlas.frames) EXPECT_LE(frame.charts, atlas.frames[0].charts + 5) << seed;
+    EXPECT_TRUE(atlas.cleared.empty()) << seed;
+    EXPECT_EQ(atlas.flipped, 0);
+    EXPECT_LT(atlas.moved, 2 * n * n);  // once in all
   }
 }
 

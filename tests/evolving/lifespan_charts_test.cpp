@@ -377,6 +377,26 @@ class BestCharts {
   std::map<std::pair<int, Open>, double> known_;
 };
 
+TEST(LifespanCharts, OfThePastHaveWhatWasAddedToThem) {
+  // A sheet of which some is replaced when the past is over; what is new was added to the chart of all.
+  const EvolvingMesh evolving = patched_sheet(8, 2, 1);
+  const NeighbourGraph graph = neighbour_graph(evolving);
+  const auto charts = [&](int of_new) {
+    ChartingOptions options{.edits = ChartingOptions::Edits::none, .frames = 6, .past = 1};
+    for (const NeighbourGraph::Chain& chain : graph.chains) options.chart_of.push_back(chain.first == 0 ? 0 : of_new);
+    return find_lifespan_charts(graph, options);
+  };
+  const LifespanCharts added = charts(0), apart = charts(-1);
+  EXPECT_LT(added.charts.size(), apart.charts.size());
+  std::size_t chains = 0;
+  for (const LifespanChart& chart : added.charts) {
+    EXPECT_EQ(chart.goes_on, 0);
+    EXPECT_EQ(chart.first, 0);  // nothing begins
+    chains += chart.chains.size();
+  }
+  EXPECT_EQ(chains, graph.chains.size());
+}
+
 TEST(LifespanCharts, AreNearlyTheBestOfAll) {
   // From charts that split in time as soon as it saves a seam to charts that never do.
   for (const double beta : {1.0, 3.0, 10.0, 30.0, 200.0}) {

@@ -30,6 +30,7 @@ FollowedFrame remeshed_frame() {
   frame.kept = 9;
   frame.match = FollowedFrame::Match{0.75, true, true, true, {1, 2, 3, 4, 5, 6}, 0.5};
   frame.replaced = FollowedFrame::Replacement{1, 2, 3, 4, 5};
+  frame.passing = 6;
   frame.drift = FollowedFrame::Drift{{7, 0.25, 0.5, 0.75}, 2};
   frame.files = {{"frame_4.ply", {70, 4000000000U}}};
   return frame;
@@ -49,7 +50,7 @@ TEST(FollowedFrame, IsWrittenInTheOrderOfTheFormat) {
             R"("total":6.0,"remesh":0.5,"all":1.5},)"
             R"("triangles_kept":9,"triangles_died":3,"triangles_born":12,)"
             R"("replaced":{"distorted":1,"template_seeds":2,"target_seeds":3,"reached":4,)"
-            R"("rounds":5},"manifold":true,"folded":0,)"
+            R"("rounds":5},"passing":6,"manifold":true,"folded":0,)"
             R"("drift":{"known":7,"mean":0.25,"p95":0.5,"max":0.75,"mean_edges":2.0},)"
             R"("files":[{"file":"frame_4.ply","bytes":70,"crc32":4000000000}]})");
 }

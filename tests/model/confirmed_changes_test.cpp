@@ -111,6 +111,35 @@ TEST(ConfirmedChanges, HolesThatStayAreFollowedAtOnce) {
   EXPECT_EQ(starts[0], 1);
 }
 
+/// A sequence with a hole in its last frame, and whether something passed before.
+enum class Before { clean, noisy };
+std::vector<MemoryFrames::Frame> with_hole_at_the_end(Before before) {
+  std::vector<MemoryFrames::Frame> frames = with_hole(6, 5, 5);
+  if (before == Before::noisy)
+    for (const int f : {1, 3}) frames[std::size_t(f)] = with_hole(6, f, f)[std::size_t(f)];
+  return frames;
+}
+
+TEST(ConfirmedChanges, OfTheLastFramesAreNotMadeWhereSomethingPassedBefore) {
+  EXPECT_EQ(segment_starts(with_hole_at_the_end(Before::clean), 2), std::vector<int>{5});
+  EXPECT_TRUE(segment_starts(with_hole_at_the_end(Before::noisy), 2).empty());
+}
+
+TEST(ConfirmedChanges, AreRememberedByAStore) {
+  const MemoryFrames frames(with_hole_at_the_end(Before::noisy));
+  const auto options = coarse({.follow = {.remeshing = Remeshing::parts, .confirming_frames = 2}});
+  MemoryStore store;
+  const FollowedSequence whole = SequenceTracker(frames, store, options).run();
+  EXPECT_GT(whole.frames[1].passing, 0);
+  EXPECT_EQ(whole.frames[2].passing, 0);
+  EXPECT_GT(whole.frames[3].passing, 0);
+  store.go_on(5);
+  SequenceTrackerOptions resuming = options;
+  resuming.resume = SequenceTrackerOptions::Resume::where_possible;
+  const FollowedSequence resumed = SequenceTracker(frames, store, resuming).run();
+  EXPECT_EQ(without_seconds(resumed.frames), without_seconds(whole.frames));
+}
+
 TEST(ConfirmedChanges, OfOneMeshThatMovesNothingPasses) {
   std::vector<MemoryFrames::Frame> frames = with_hole(5, 1, 2);
   EXPECT_TRUE(segment_starts(frames, 3).empty());

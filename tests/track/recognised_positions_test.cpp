@@ -128,6 +128,17 @@ TEST(Tracking, FindsALimbAgainThatHasSwungByItsLength) {
   EXPECT_EQ(found.positions, run(7).positions);
 }
 
+TEST(Tracking, LooksForNothingThatOnlyTheFrameHas) {
+  LimbEnds stump = limbs_at_rest;
+  stump[0] = Vector3(0, 0.2, 0);
+  const Mesh rest = cleaned(body_with_limbs(stump, 2000)).mesh;
+  SurfaceTracker tracker(rest);
+  const TrackedFrame found = tracker.follow(rest.positions, {}, TrackTarget(body_with_limbs(limbs_at_rest, 2000)));
+  EXPECT_GT(found.distance.p95, lost_distance);
+  EXPECT_FALSE(found.recognised);
+  EXPECT_LT(found.distortion.p95, 1.5);
+}
+
 TEST(Tracking, RecognisesNothingWhereClosestPointsAreEnough) {
   const std::vector<MovingFrame> frames = moving_sequence("bending", 0, 1, {.triangles = 2000});
   SurfaceTracker tracker(frames[0].mesh);

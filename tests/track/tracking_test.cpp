@@ -96,6 +96,24 @@ TEST(SurfaceDistance, OfConcentricSpheresIsTheDifferenceOfRadii) {
   EXPECT_LT(same.max, 1e-12);
 }
 
+TEST(SurfaceDistance, OfBothWaysIsSmallWhereOneSurfaceHasMore) {
+  const Mesh mesh = ball_mesh();
+  Mesh two = mesh;
+  for (const Vector3& p : mesh.positions) two.positions.push_back(p + Vector3(5, 0, 0));
+  for (const Triangle& t : mesh.triangles)
+    two.triangles.push_back({t[0] + mesh.vertex_count(), t[1] + mesh.vertex_count(), t[2] + mesh.vertex_count()});
+  two.corner_uvs.clear();
+  const Mesh* meshes[] = {&mesh, &two};
+  for (const int which : {0, 1}) {
+    const Mesh* one = meshes[which];
+    const TrackTarget target(*meshes[1 - which]);
+    const ClosestPointFinder on_one(*one);
+    const auto there = target.closest()(one->positions), back = on_one(target.surface().mesh.positions);
+    EXPECT_GT(surface_distance(there, back, target).p95, 0.3);
+    EXPECT_LT(mutual_distance(there, back, target).p95, 1e-9);
+  }
+}
+
 TEST(UnfoldedOnto, LiesOnTheTargetWithoutFolds) {
   Mesh mesh = ball_mesh();
   const TrackTarget target(mesh);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -101,7 +102,8 @@ struct Prism {
   std::int64_t energy = 0;
 };
 
-/// Groups of chains in contact with equal lives, of one chart of the past: each one's lowest chain.
+/// Groups of chains in contact with equal lives, of one chart of the past, which they may have joined when it
+/// was over: each one's lowest chain.
 std::vector<int> equal_lives(const NeighbourGraph& graph, const std::vector<int>& chart_of) {
   std::vector<int> parent(graph.chains.size());
   std::iota(parent.begin(), parent.end(), 0);
@@ -112,8 +114,9 @@ std::vector<int> equal_lives(const NeighbourGraph& graph, const std::vector<int>
   for (const NeighbourGraph::Contact& contact : graph.contacts) {
     const auto& one = graph.chains[contact.one];
     const auto& other = graph.chains[contact.other];
-    if (one.first != other.first || one.last() != other.last()) continue;
+    if (one.last() != other.last()) continue;
     if (!chart_of.empty() && chart_of[contact.one] != chart_of[contact.other]) continue;
+    if (one.first != other.first && (chart_of.empty() || chart_of[contact.one] < 0)) continue;
     const int a = root(contact.one), b = root(contact.other);
     parent[std::max(a, b)] = std::min(a, b);
   }
@@ -137,20 +140,22 @@ class Charting {
   Charting(const NeighbourGraph& graph, const ChartingOptions& options)
       : energy_of_(graph, options.beta, options.frames), past_(options.past) {
     const std::vector<int> group = equal_lives(graph, options.chart_of);
-    std::vector<int> chart(graph.chains.size());
+    std::vector<int> chart(graph.chains.size()), begin(graph.chains.size(), std::numeric_limits<int>::max());
     std::vector<Sums> sums;
+    for (int c = 0; c < int(group.size()); ++c)
+      begin[group[c]] = std::min(begin[group[c]], graph.chains[c].first);
     for (int c = 0; c < int(group.size()); ++c) {
       const NeighbourGraph::Chain& chain = graph.chains[c];
       if (group[c] == c) {
         chart[c] = int(charts_.size());
         charts_.emplace_back();
-        charts_.back().first = chain.first;
+        charts_.back().first = begin[c];
         charts_.back().last = chain.last();
         charts_.back().members = chart[c];
         if (!options.chart_of.empty()) charts_.back().goes_on = options.chart_of[c];
         leaves_.emplace_back();
-        sums.push_back({std::vector<std::int64_t>(chain.area.size()),
-                        std::vector<std::int64_t>(chain.area.size())});
+        const auto periods = std::size_t(chain.last() - begin[c] + 1);
+        sums.push_back({std::vector<std::int64_t>(periods), std::vector<std::int64_t>(periods)});
       }
       const int mine = chart[c] = chart[group[c]];
       leaves_[mine].push_back(c);

@@ -28,7 +28,8 @@ struct ChartingOptions {
   int frames = 0;  ///< F; 0: those of the graph
 
   /// What is over and cannot be changed: so many periods, and per chain that begins in one of them
-  /// a number of the chart it is in, equal for those that are in one; −1 for all others.
+  /// a number of the chart it is in, equal for those that are in one; −1 for all others. Chains that begin
+  /// right after the past may have one as well: they were added to that chart.
   int past = 0;
   std::vector<int> chart_of = {};
 };

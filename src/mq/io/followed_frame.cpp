@@ -87,6 +87,7 @@ void put_match(const FollowedFrame& frame, OrderedJson& json) {
                         {"target_seeds", frame.replaced->target_seeds},
                         {"reached", frame.replaced->reached},
                         {"rounds", frame.replaced->rounds}};
+  if (frame.passing > 0) json["passing"] = frame.passing;
 }
 
 void put_own(const FollowedFrame& frame, OrderedJson& json) {
@@ -171,6 +172,7 @@ FollowedFrame followed_frame(int frame_number, const std::string& text_of_it) {
     frame.replaced = {count(replaced, "distorted", 0), count(replaced, "template_seeds", 0),
                       count(replaced, "target_seeds", 0), count(replaced, "reached", 0),
                       count(replaced, "rounds", 0)};
+  frame.passing = count(json, "passing", 0);
   if (const OrderedJson& manifold = member(json, "manifold"); manifold.is_boolean())
     frame.manifold = manifold.get<bool>();
   frame.folded = count(json, "folded", -1);

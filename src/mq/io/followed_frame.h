@@ -52,6 +52,9 @@ struct FollowedFrame {
   };
   std::optional<Replacement> replaced;
 
+  /// Vertices of the template and of the frame that would have had something replaced, were it not that it passes.
+  int passing = 0;
+
   std::optional<bool> manifold;  ///< whether what shows the frame is
   int folded = -1;               ///< triangles of it
 

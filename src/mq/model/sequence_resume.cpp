@@ -28,6 +28,7 @@ int SequenceTracker::take_up() {
     if (one.frame.added < 0)
       refuse_resuming(
           fmt::format("it does not say how its frame {} was followed", one.frame.number));
+    if (one.frame.match && one.frame.match->remesh_seconds) follower_.count_passing(one.frame);
     found_.frames.push_back(std::move(one.frame));
   }
   is_taken_up_ = true;

@@ -31,6 +31,8 @@ constexpr double least_in_noise = 9;
 /// Triangles are renewed once one is so many times as long or as large as at rest; then all that the verb
 /// remesh takes for distorted are.
 constexpr double most_distortion = 4.5;
+/// Of a noisy sequence, frames after one that must be there to ask for a change: what passes is in two often.
+constexpr int least_asked = 2;
 /// Seeds of frames that are so many edges from each other are of one place.
 constexpr int near_edges = 2;
 /// Mean edges of what is tracked, in the spacing of a graph's nodes: what a graph can follow; and
@@ -219,8 +221,14 @@ void TemplateFollower::begin(CapturedFrame& frame, double step, FollowedFrame& f
   found.added = segment().triangle_count();
 }
 
+void TemplateFollower::count_passing(const FollowedFrame& frame) {
+  ++remeshed_frames_;
+  noisy_frames_ += frame.passing > 0;
+}
+
 /// What is not to be replaced, as the frames after do not ask for it. Only distances ask: what is
-/// distorted is so in all frames.
+/// distorted is so in all frames. Where something passed in most frames before, and the sequence ends before enough
+/// of them could ask, none does.
 PassingPlaces TemplateFollower::passing(const CapturedFrame& frame, const SearchedSurface& from,
                                         const SearchedSurface& to, const FrameAhead& ahead, double step,
                                         RemeshOptions how) {
@@ -231,9 +239,9 @@ PassingPlaces TemplateFollower::passing(const CapturedFrame& frame, const Search
   const auto can_pass = [&] {
     if (options_.confirming_frames == 0) return false;
     const CapturedFrame* next = ahead(1, mesh());
-    return next != nullptr && !frame.is_mesh_of(*next);
+    return next != nullptr ? !frame.is_mesh_of(*next) : is_noisy();
   };
-  if ((any(seeds.of_template) || any(seeds.of_target)) && can_pass())
+  if ((any(seeds.of_template) || any(seeds.of_target)) && can_pass()) {
     for (int after = 1; after <= options_.confirming_frames; ++after) {
       const Tracked* there = track_ahead(after, ahead, step);
       if (there == nullptr) break;
@@ -243,6 +251,9 @@ PassingPlaces TemplateFollower::passing(const CapturedFrame& frame, const Search
           remesh_seeds({there->surface, closest}, {target.surface(), target.closest()}, how),
           there->surface, near_edges));
     }
+    if (is_noisy() && std::ssize(places) < std::min(least_asked, options_.confirming_frames))
+      places.emplace_back(surface_.mesh.positions.size(), 0);
+  }
   return passing_places(seeds, from.surface, over_holes(from.surface, to.surface, to.closest),
                         places);
 }
@@ -269,6 +280,7 @@ std::optional<Remeshed> TemplateFollower::remeshed_within(CapturedFrame& frame,
     how.left_of_template = how.left_of_target = {};
     if (how.accuracy >= tolerance) continue;
     const PassingPlaces left = passing(frame, from, to, ahead, step, how);
+    if (part == 0) passing_now_ = left.seeds;
     if (left.seeds > 0 && part > 0 && how.accuracy < least_in_noise * noise * target.diagonal())
       break;
     how.left_of_template = left.of_template;
@@ -292,6 +304,8 @@ bool TemplateFollower::remesh_frame(CapturedFrame& frame, const FrameAhead& ahea
                                     FollowedFrame& found, const Progress& progress) {
   const Stopwatch watch;
   const std::optional<Remeshed> remeshed = remeshed_within(frame, ahead, step, progress);
+  found.passing = passing_now_;
+  count_passing(found);
   const bool changes = remeshed && (remeshed->added > 0 || remeshed->removed > 0);
   if (changes && options_.remeshing == Remeshing::keyframes)
     begin(frame, step, found);

@@ -85,6 +85,9 @@ class TemplateFollower {
   /// segment, empty where there is none.
   void take_up(int number, std::vector<Vector3> positions, std::vector<Vector3> previous);
 
+  /// Counts a frame of a store that was followed with remeshing, for what is done in the last frames of a sequence.
+  void count_passing(const FollowedFrame& frame);
+
   /// As after the first frame of a segment of a store, which is there at `positions`. Returns false
   /// where the segment was not made of this frame.
   [[nodiscard]] bool take_up(CapturedFrame& frame, double step, const EvolvingSegment& next,
@@ -100,6 +103,8 @@ class TemplateFollower {
     Surface surface;
   };
 
+  /// Whether in half of the frames so far something passed.
+  bool is_noisy() const { return noisy_frames_ > 0 && 2 * noisy_frames_ >= remeshed_frames_; }
   void begin(CapturedFrame& frame, double step, FollowedFrame& found);
   TrackedFrame track(CapturedFrame& frame, int before, double step, const Progress& progress);
   TrackedFrame deformed(const CapturedFrame& frame, int before, std::span<const Vector3> current,
@@ -123,6 +128,7 @@ class TemplateFollower {
   std::unique_ptr<Template> template_;
   std::vector<Vector3> positions_, previous_;
   Surface surface_;  ///< at these positions
+  int remeshed_frames_ = 0, noisy_frames_ = 0, passing_now_ = 0;
   std::deque<Tracked> ahead_;  ///< from the next frame on, while the template stays
   int last_ = 0;               ///< number of the last frame
   int next_vertex_ = 0, next_triangle_ = 0;

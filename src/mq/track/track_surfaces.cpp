@@ -74,6 +74,16 @@ SurfaceDistance larger(const SurfaceDistance& a, const SurfaceDistance& b) {
   return {std::max(a.mean, b.mean), std::max(a.p95, b.p95), std::max(a.max, b.max)};
 }
 
+SurfaceDistance smaller(const SurfaceDistance& a, const SurfaceDistance& b) {
+  return {std::min(a.mean, b.mean), std::min(a.p95, b.p95), std::min(a.max, b.max)};
+}
+
+std::vector<ClosestPoint> measured_of(const std::vector<ClosestPoint>& back, const TrackTarget& target) {
+  std::vector<ClosestPoint> measured;
+  for (const int v : target.measured()) measured.push_back(back[v]);
+  return measured;
+}
+
 /// The corners 1 and 2 of a triangle, seen from corner 0, in its plane; columns.
 Eigen::Matrix2d flat(const Vector3& a, const Vector3& b, const Vector3& c) {
   const Vector3 e = b - a, f = c - a;
@@ -184,9 +194,12 @@ SurfaceDistance surface_distance(const Mesh& tracked, const TrackTarget& target)
 
 SurfaceDistance surface_distance(const std::vector<ClosestPoint>& there, const std::vector<ClosestPoint>& back,
                                  const TrackTarget& target) {
-  std::vector<ClosestPoint> measured;
-  for (const int v : target.measured()) measured.push_back(back[v]);
-  return larger(distances_of(there, target.diagonal()), distances_of(measured, target.diagonal()));
+  return larger(distances_of(there, target.diagonal()), distances_of(measured_of(back, target), target.diagonal()));
+}
+
+SurfaceDistance mutual_distance(const std::vector<ClosestPoint>& there, const std::vector<ClosestPoint>& back,
+                                const TrackTarget& target) {
+  return smaller(distances_of(there, target.diagonal()), distances_of(measured_of(back, target), target.diagonal()));
 }
 
 Distortion distortion(const std::vector<Triangle>& triangles, std::span<const Vector3> rest,

@@ -459,7 +459,7 @@ TrackedFrame SurfaceTracker::follow(std::span<const Vector3> current, std::span<
   TrackedFrame frame;
   const std::vector<NodeMotion> motions = s.beginning(current, previous, target, frame.predicted);
   s.lie_on(current, target, frame, motions, progress);
-  if (frame.distance.p95 > lost_distance)
+  if (frame.distance.p95 > lost_distance && mutual_distance(s.there, s.back, target).p95 > lost_distance / 2)
     s.find_again(current, motions, target, frame, progress.step("find again", 0));
   frame.seconds.total = watch.seconds();
   return frame;

@@ -64,7 +64,9 @@ class TrackTarget {
 std::vector<Vector3> unfolded_onto(const TrackTarget& target, Mesh mesh);
 
 /// Where 95 % of the points are not within this part of the diagonal of the target, a frame is followed
-/// again, from where lengths along both surfaces say that its points are (`recognised_positions`).
+/// again, from where lengths along both surfaces say that its points are (`recognised_positions`); unless
+/// 95 % of those of one surface are within half of it: what the other one has besides, such as a handle, was
+/// not lost.
 inline constexpr double lost_distance = 0.01;
 
 /// How much stiffer a graph usually begins than it ends.
@@ -104,6 +106,10 @@ SurfaceDistance surface_distance(const Mesh& tracked, const TrackTarget& target)
 /// on what is tracked.
 SurfaceDistance surface_distance(const std::vector<ClosestPoint>& there, const std::vector<ClosestPoint>& back,
                                  const TrackTarget& target);
+
+/// The smaller of both ways, number by number: what one of the surfaces has and the other has not does not count.
+SurfaceDistance mutual_distance(const std::vector<ClosestPoint>& there, const std::vector<ClosestPoint>& back,
+                                const TrackTarget& target);
 
 /// What has become of the triangles: max(σ₁, 1/σ₂) of the map from their rest shape, σ₁ ≥ σ₂
 /// its singular values; 1: unchanged. Mean and 95th percentile by area at rest.

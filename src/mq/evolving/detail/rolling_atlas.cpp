@@ -22,7 +22,7 @@ namespace mq {
 namespace {
 
 /// Of the texture's height, left free for what is to come.
-constexpr double headroom = 1.0 / 16;
+constexpr double headroom = 1.0 / 32;
 
 /// Of half a chart for which there was no room, at least.
 constexpr std::size_t least_triangles = 8;
@@ -133,9 +133,10 @@ void RollingAtlas::plan(Past past, const Progress& progress) {
   charting.frames = plan->known + 1;
   if (has_past) {
     charting.past = 1;
-    for (const NeighbourGraph::Chain& chain : plan->graph.chains)
-      charting.chart_of.push_back(chain.first == 0 ? pieces_[homes_.at(chain.triangle).piece].chart
-                                                   : -1);
+    for (const NeighbourGraph::Chain& chain : plan->graph.chains) {
+      const auto home = chain.first <= 1 ? homes_.find(chain.triangle) : homes_.end();
+      charting.chart_of.push_back(home != homes_.end() ? pieces_[home->second.piece].chart : -1);
+    }
   }
   plan->charting = find_lifespan_charts(plan->graph, charting, progress.step("chart", 0.2));
   for (int c = 0; c < int(plan->graph.chains.size()); ++c)
@@ -181,23 +182,29 @@ std::vector<int> RollingAtlas::new_charts() const {
   return result;
 }
 
-/// The triangles whose texture coordinates stay, in texels from the lower left corner.
-std::vector<std::vector<Vector2>> RollingAtlas::kept_triangles() const {
+/// The triangles that have a place, but for these.
+RollingAtlas::Taken RollingAtlas::taken_without(const std::unordered_set<int>& ids) const {
+  const Vector2 size(options_.unwrap.width, options_.unwrap.height);
+  Taken result;
+  for (const int id : film_.segments[periods_[now_].segment].triangle_ids) {
+    const auto home = homes_.find(id);
+    if (home == homes_.end() || ids.contains(id)) continue;
+    const Piece& piece = pieces_[home->second.piece];
+    result.polygons.emplace_back();
+    for (const int uv : piece.corners[home->second.index])
+      result.polygons.back().push_back(piece.uvs[uv].cwiseProduct(size));
+    result.pieces.push_back(home->second.piece);
+  }
+  return result;
+}
+
+/// The triangles whose texture coordinates stay.
+RollingAtlas::Taken RollingAtlas::taken_without_new() const {
   std::unordered_set<int> fresh;
   for (const int c : new_charts())
     for (const int chain : plan_->charting.charts[c].chains)
       fresh.insert(plan_->graph.chains[chain].triangle);
-  const Vector2 size(options_.unwrap.width, options_.unwrap.height);
-  std::vector<std::vector<Vector2>> result;
-  for (const int id : film_.segments[periods_[now_].segment].triangle_ids) {
-    const auto home = homes_.find(id);
-    if (home == homes_.end() || fresh.contains(id)) continue;
-    const Piece& piece = pieces_[home->second.piece];
-    result.emplace_back();
-    for (const int uv : piece.corners[home->second.index])
-      result.back().push_back(piece.uvs[uv].cwiseProduct(size));
-  }
-  return result;
+  return taken_without(fresh);
 }
 
 /// Places for the charts that begin now. What finds no room is halved; false: it is too small for
@@ -207,7 +214,7 @@ bool RollingAtlas::place_new(const Progress& progress) {
   if (plan_->is_packed_together || charts.empty()) return true;
   const UnwrapOptions& unwrap = options_.unwrap;
   const Vector2 size(unwrap.width, unwrap.height);
-  std::vector<std::vector<Vector2>> taken = kept_triangles();
+  Taken taken = taken_without_new();
   std::vector<Plan::Part> open =
       plan_->lay_flat(refill(charts, taken), unwrap.stretch, bodies_, progress);
   plan_->parts.clear();
@@ -218,7 +225,7 @@ bool RollingAtlas::place_new(const Progress& progress) {
       outlines.push_back(outline_of(part.flat));
     }
     const auto places = pack_beside(
-        outlines, scale_, taken,
+        outlines, scale_, taken.polygons,
         {.width = unwrap.width, .height = unwrap.height, .gutter = unwrap.gutter}, progress);
     lap("pack");
     std::vector<std::pair<int, std::vector<int>>> halves;
@@ -228,9 +235,11 @@ bool RollingAtlas::place_new(const Progress& progress) {
         part.place = *places[i];
         std::vector<Vector2> uvs;
         append_uvs(part.flat, part.place, scale_, unwrap.width, unwrap.height, uvs);
-        for (const Triangle& t : part.flat.sheet.triangles)
-          taken.push_back({uvs[t[0]].cwiseProduct(size), uvs[t[1]].cwiseProduct(size),
-                           uvs[t[2]].cwiseProduct(size)});
+        for (const Triangle& t : part.flat.sheet.triangles) {
+          taken.polygons.push_back({uvs[t[0]].cwiseProduct(size), uvs[t[1]].cwiseProduct(size),
+                                    uvs[t[2]].cwiseProduct(size)});
+          taken.pieces.push_back(-1);
+        }
         plan_->parts.push_back(std::move(part));
         continue;
       }
@@ -315,8 +324,15 @@ void RollingAtlas::write() {
 void RollingAtlas::add_period(const Progress& progress) {
   ++now_;
   const std::int64_t seen = std::int64_t(periods_[now_].first) + options_.look_ahead;
-  if (!plan_ || std::min<std::int64_t>(periods_.back().last, seen) > plan_->known)
+  if (now_ > 0) {
+    EvolvingMesh one;
+    one.frames.push_back(film_.frames[periods_[now_].first]);
+    positions_ = std::move(on_unit_grid(std::move(one), grid_).frames[0].positions);
+  }
+  if (!plan_ || std::min<std::int64_t>(periods_.back().last, seen) > plan_->known) {
+    if (now_ > 0) extend_pieces();
     plan(Past::goes_on, progress.step("plan", 0.8));
+  }
   if (!place_new(progress.step("place", 0.1))) {
     cleared_.push_back(periods_[now_].first);
     plan(Past::forgotten, progress.step("clear", 0.1));
@@ -331,6 +347,7 @@ std::vector<AtlasPrism> RollingAtlas::prisms() const {
   for (const Piece& piece : pieces_) {
     std::map<std::pair<int, int>, AtlasPrism> by_life;
     for (std::size_t t = 0; t < piece.ids.size(); ++t) {
+      if (piece.last[t] < piece.since[t]) continue;
       AtlasPrism& prism = by_life[{piece.since[t], piece.last[t]}];
       prism.first = periods_[piece.since[t]].first;
       prism.last = periods_[piece.last[t]].last;
@@ -350,6 +367,7 @@ std::vector<RollingAtlas::Lived> RollingAtlas::lived() const {
   std::map<std::pair<int, int>, Lived> bodies;
   for (const Piece& piece : pieces_)
     for (std::size_t t = 0; t < piece.ids.size(); ++t) {
+      if (piece.last[t] < piece.since[t]) continue;
       Lived& body = bodies[{piece.body, piece.since[t]}];
       body.first = piece.since[t];
       body.triangles.push_back(piece.ids[t]);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -59,7 +60,8 @@ class RollingAtlas {
     std::vector<Triangle> vertex_ids = {},
                           corners = {};  ///< per triangle; corners are indices into uvs
     std::vector<double> areas = {};      ///< per triangle, at scale 1
-    std::vector<int> since = {}, last = {};  ///< per triangle, the periods it was there in
+    /// Per triangle, the periods it was there in; none where it was moved again before it was shown.
+    std::vector<int> since = {}, last = {};
     std::vector<Vector2> uvs = {};
   };
 
@@ -70,11 +72,33 @@ class RollingAtlas {
 
   enum class Past { goes_on, forgotten };
 
+  /// Triangles that have a place in the texture, in texels from the lower left corner.
+  struct Taken {
+    std::vector<std::vector<Vector2>> polygons;
+    std::vector<int> pieces;  ///< per polygon; −1: of none yet
+  };
+
+  /// Edges along which triangles end at a piece, and that hang together in its texture.
+  struct Shore {
+    int piece = -1;
+    double length = 0;
+    std::vector<HalfEdge> edges = {};  ///< of the triangles
+    std::unordered_map<int, int> uv_of = {};  ///< of the piece, by vertex of the segment; −1: there are two
+  };
+
+  /// Triangles laid beside a piece.
+  struct Extended;
+
+  /// How much a piece had before something was added to it.
+  struct Before {
+    int piece;
+    std::size_t triangles, uvs;
+  };
+
   void plan(Past past, const Progress& progress);
   void pack_all(const Progress& progress);
   bool place_new(const Progress& progress);
-  std::vector<std::pair<int, std::vector<int>>> refill(const std::vector<int>& charts,
-                                                       std::vector<std::vector<Vector2>>& taken);
+  std::vector<std::pair<int, std::vector<int>>> refill(const std::vector<int>& charts, Taken& taken);
   struct HoleBorder {
     int piece = -1, edges = 0;
     std::unordered_map<int, int> uv_of = {};  ///< of the piece, by vertex of the segment
@@ -83,12 +107,25 @@ class RollingAtlas {
                                       const std::vector<HalfEdge>& twins) const;
   HolePatch patch_of(const std::vector<int>& triangles, const HoleBorder& border,
                      std::vector<int>& vertices) const;
-  bool refill_hole(const std::vector<int>& triangles, const std::vector<HalfEdge>& twins,
-                   std::vector<std::vector<Vector2>>& taken);
+  bool refill_hole(const std::vector<int>& triangles, const std::vector<HalfEdge>& twins, Taken& taken);
+  std::vector<HalfEdge> twins() const;
+  void extend_pieces();
+  void absorb_small(const std::vector<HalfEdge>& twins);
+  std::vector<int> with_rings(const std::vector<int>& part, int rings) const;
+  bool move_in(const std::vector<int>& part, const std::vector<HalfEdge>& twins);
+  bool take_in(const std::vector<int>& part, const std::vector<HalfEdge>& twins, Taken& taken);
+  std::vector<Shore> shores_of(const std::vector<int>& triangles, const std::vector<HalfEdge>& twins) const;
+  Extended extended(const std::vector<int>& triangles, const Shore& shore, const Taken& taken) const;
+  bool extend_whole(const std::vector<int>& part, const std::vector<HalfEdge>& twins, Taken& taken);
+  std::vector<int> extend_split(const std::vector<int>& part, const std::vector<HalfEdge>& twins, Taken& taken);
+  void put(const Extended& extended, Taken& taken);
+  void add_triangle(int piece, int triangle, const Triangle& uvs, std::vector<Vector2> laid, Taken& taken);
+  void take_back(const std::vector<Before>& before);
   void settle();
   void write();
   std::vector<int> new_charts() const;
-  std::vector<std::vector<Vector2>> kept_triangles() const;
+  Taken taken_without(const std::unordered_set<int>& ids) const;
+  Taken taken_without_new() const;
   void lap(const char* step);
 
   EvolvingMesh& film_;
@@ -97,6 +134,7 @@ class RollingAtlas {
   UnitGrid grid_;
   std::unique_ptr<Plan> plan_;
   int now_ = -1;      ///< the period that is being added
+  std::vector<Vector3> positions_;  ///< of its first frame, on the grid
   double scale_ = 0;  ///< texels per unit of the grid
   int charts_ = 0, bodies_ = 0, plans_ = 0, edits_ = 0;
   std::vector<int> cleared_, pieces_of_period_;

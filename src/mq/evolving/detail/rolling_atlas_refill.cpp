@@ -10,35 +10,11 @@
 #include "mq/evolving/detail/filled_hole.h"
 #include "mq/evolving/detail/flattened_charts.h"
 #include "mq/evolving/detail/rolling_atlas.h"
+#include "mq/evolving/detail/parts_of.h"
 #include "mq/evolving/detail/rolling_plan.h"
-#include "mq/mesh/weld.h"
 
 namespace mq {
 namespace {
-
-/// Sets of these triangles that hang together by edges.
-std::vector<std::vector<int>> parts_of(const std::vector<int>& triangles,
-                                       const std::vector<HalfEdge>& twins) {
-  std::unordered_map<int, int> index;
-  for (std::size_t i = 0; i < triangles.size(); ++i) index[triangles[i]] = int(i);
-  DisjointSets sets(triangles.size());
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-    for (int k = 0; k < 3; ++k)
-      if (const HalfEdge across = twins[3 * triangles[i] + k]; across >= 0)
-        if (const auto other = index.find(across / 3); other != index.end())
-          sets.join(int(i), other->second);
-  std::map<int, std::vector<int>> parts;
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-    parts[sets.root(int(i))].push_back(triangles[i]);
-  std::vector<std::vector<int>> result;
-  for (auto& [root, part] : parts) result.push_back(std::move(part));
-  return result;
-}
-
-double area_of(const std::vector<Vector2>& t) {
-  const Vector2 a = t[1] - t[0], b = t[2] - t[0];
-  return (a.x() * b.y() - a.y() * b.x()) / 2;
-}
 
 /// Whether a triangle of these has an area in common with one of those.
 bool any_overlap(const std::vector<std::vector<Vector2>>& these,
@@ -103,7 +79,6 @@ std::optional<RollingAtlas::HoleBorder> RollingAtlas::border_of(
 HolePatch RollingAtlas::patch_of(const std::vector<int>& triangles, const HoleBorder& border,
                                  std::vector<int>& vertices) const {
   const EvolvingSegment& segment = film_.segments[periods_[now_].segment];
-  const auto& positions = film_.frames[periods_[now_].first].positions;
   const Vector2 size(options_.unwrap.width, options_.unwrap.height);
   HolePatch patch;
   std::unordered_map<int, int> local;
@@ -117,7 +92,7 @@ HolePatch RollingAtlas::patch_of(const std::vector<int>& triangles, const HoleBo
       vertices.push_back(v);
       const auto uv = border.uv_of.find(v);
       patch.fixed.push_back(uv != border.uv_of.end());
-      patch.positions.push_back(positions[v] / grid_.size * scale_);
+      patch.positions.push_back(positions_[v] * scale_);
       patch.places.push_back(Vector2::Zero());
       if (patch.fixed.back())
         patch.places.back() = pieces_[border.piece].uvs[uv->second].cwiseProduct(size);
@@ -129,9 +104,7 @@ HolePatch RollingAtlas::patch_of(const std::vector<int>& triangles, const HoleBo
 
 /// Puts a part, a disc, into the hole of a piece; whether it fits there. All around it must be one piece.
 bool RollingAtlas::refill_hole(const std::vector<int>& triangles,
-                               const std::vector<HalfEdge>& twins,
-                               std::vector<std::vector<Vector2>>& taken) {
-  const EvolvingSegment& segment = film_.segments[periods_[now_].segment];
+                               const std::vector<HalfEdge>& twins, Taken& taken) {
   const Vector2 size(options_.unwrap.width, options_.unwrap.height);
   const std::optional<HoleBorder> border = border_of(triangles, twins);
   if (!border) return false;
@@ -142,7 +115,7 @@ bool RollingAtlas::refill_hole(const std::vector<int>& triangles,
   std::vector<std::vector<Vector2>> laid;
   for (const Triangle& t : patch.triangles)
     laid.push_back({(*filled)[t[0]], (*filled)[t[1]], (*filled)[t[2]]});
-  if (any_overlap(laid, taken)) return false;
+  if (any_overlap(laid, taken.polygons)) return false;
   Piece& piece = pieces_[border->piece];
   std::vector<int> uv_of_local;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -154,32 +127,19 @@ bool RollingAtlas::refill_hole(const std::vector<int>& triangles,
     piece.uvs.push_back((*filled)[i].cwiseQuotient(size));
   }
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const int id = segment.triangle_ids[triangles[i]];
-    Triangle ids, uvs;
-    for (int k = 0; k < 3; ++k) {
-      ids[k] = segment.vertex_ids[segment.triangles[triangles[i]][k]];
-      uvs[k] = uv_of_local[patch.triangles[i][k]];
-    }
-    homes_[id] = {border->piece, int(piece.ids.size())};
-    piece.ids.push_back(id);
-    piece.vertex_ids.push_back(ids);
-    piece.corners.push_back(uvs);
-    piece.areas.push_back(area_of(laid[i]) / (scale_ * scale_));
-    piece.since.push_back(now_);
-    piece.last.push_back(now_);
-    taken.push_back(laid[i]);
+    Triangle uvs;
+    for (int k = 0; k < 3; ++k) uvs[k] = uv_of_local[patch.triangles[i][k]];
+    add_triangle(border->piece, triangles[i], uvs, std::move(laid[i]), taken);
   }
   return true;
 }
 
-/// Puts what it can of charts all of whose triangles are new into the holes of pieces that are there, and
-/// adds it to what is taken. Returns what is left of all charts, by chains.
-std::vector<std::pair<int, std::vector<int>>> RollingAtlas::refill(
-    const std::vector<int>& charts, std::vector<std::vector<Vector2>>& taken) {
+/// Puts what it can of charts all of whose triangles are new beside pieces that are there, and adds it to what
+/// is taken. Returns what is left of all charts, by chains.
+std::vector<std::pair<int, std::vector<int>>> RollingAtlas::refill(const std::vector<int>& charts,
+                                                                   Taken& taken) {
   const EvolvingSegment& segment = film_.segments[periods_[now_].segment];
-  const Surface surface =
-      make_surface(mesh_of(segment, film_.frames[periods_[now_].first].positions),
-                   {.kind = WeldOptions::Kind::none});
+  const std::vector<HalfEdge> across = twins();
   std::unordered_map<int, int> triangle_of;
   for (int t = 0; t < segment.triangle_count(); ++t) triangle_of[segment.triangle_ids[t]] = t;
   std::vector<std::pair<int, std::vector<int>>> left;
@@ -195,8 +155,8 @@ std::vector<std::pair<int, std::vector<int>>> RollingAtlas::refill(
       continue;
     }
     std::vector<int> rest;
-    for (const std::vector<int>& part : parts_of(triangles, surface.twins))
-      if (!refill_hole(part, surface.twins, taken))
+    for (const std::vector<int>& part : parts_of(triangles, across))
+      if (!take_in(part, across, taken))
         for (const int t : part) rest.push_back(plan_->chain_of.at(segment.triangle_ids[t]));
     std::ranges::sort(rest);
     if (!rest.empty()) left.emplace_back(c, std::move(rest));
