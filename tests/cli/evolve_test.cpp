@@ -16,6 +16,7 @@ namespace mq::test {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 void make_balls(const Folder& folder, const std::string& frames) {
   ASSERT_EQ(marquetry(folder, {"sample", "merging", "-o", "balls/", "--triangles", "1200",
@@ -51,6 +52,26 @@ TEST(Evolve, FollowsRemeshesAndLaysOut) {
   EXPECT_NO_THROW(check(evolving));
   EXPECT_GT(evolving.segments.size(), 1U);
   for (const EvolvingSegment& segment : evolving.segments) EXPECT_FALSE(segment.uvs.empty());
+}
+
+TEST(Evolve, SaysWhatHelpsNoisyCaptures) {
+  const Folder folder;
+  const auto evolved = [&](const std::string& body, const std::vector<std::string>& noise,
+                           const std::vector<std::string>& more) {
+    std::vector<std::string> words{"sample", body, "-o", "captured/", "--triangles", "1200", "--frames", "0-4", "--overwrite"};
+    words.insert(words.end(), noise.begin(), noise.end());
+    EXPECT_EQ(marquetry(folder, words).status, 0);
+    words = {"evolve", "captured", "-o", "e.evolving", "--size", "128", "--trials", "2", "--nodes", "9", "--overwrite"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.error;
+  };
+  const std::vector<std::string> noise{"--off", "0.25", "--holes", "3", "--handles", "2"};
+  const auto advises = HasSubstr("with --look-ahead 0 texture coordinates of these last longer");
+  EXPECT_THAT(evolved("bending", noise, {}), advises);
+  EXPECT_THAT(evolved("bending", noise, {"--look-ahead", "0"}), Not(advises));
+  EXPECT_THAT(evolved("bending", {}, {}), Not(advises));
 }
 
 /// How far a model's colours are from those of another, where that one's vertices are.

@@ -127,7 +127,7 @@ Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& s
     solution.filtered = solve(*equation.of, solution.before, step);
     return solution.filtered.report;
   });
-  if (run.kept) run.solve["kept"] = equation.kept;
+  if (run.kept) run.kept_equation = equation.kept;
   return solution;
 }
 

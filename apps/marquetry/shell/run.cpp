@@ -198,15 +198,17 @@ Json Run::report() const {
   for (const auto& [name, sum] : seconds_) seconds[name] = sum;
   seconds["total"] =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  return {{"verb", options_.table().verb()},
-          {"version", version},
-          {"options", options_json(options_)},
-          {"input", input},
-          {"defects", defects},
-          {"result", result},
-          {"solve", solve},
-          {"seconds", seconds},
-          {"peak_bytes", peak_memory()}};
+  Json all = {{"verb", options_.table().verb()},
+              {"version", version},
+              {"options", options_json(options_)},
+              {"input", input},
+              {"defects", defects},
+              {"result", result},
+              {"solve", solve},
+              {"seconds", seconds},
+              {"peak_bytes", peak_memory()}};
+  if (!kept_equation.is_null()) all["kept"] = kept_equation;
+  return all;
 }
 
 void add_running_options(OptionTable& table) {

@@ -99,6 +99,7 @@ class Run {
   Json result = Json::object();  ///< what the verb found, by name
   Json solve = nullptr;          ///< how the system was solved; null: none was
   Json defects = Json::array();
+  Json kept_equation = nullptr;  ///< whether what was solved was prepared by a run before; null: nobody keeps it
 
   void add_seconds(const std::string& step, double seconds);
 

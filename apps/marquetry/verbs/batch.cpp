@@ -119,7 +119,7 @@ class JobReader {
     require(object.contains("verb") && object.at("verb").is_string(),
             "found no \"verb\", wanted the name of one");
     static const std::set<std::string> of_reports = {"verb",   "version", "options", "input",      "defects",
-                                                     "result", "solve",   "seconds", "peak_bytes", "frames",
+                                                     "result", "solve",   "seconds", "peak_bytes", "kept",   "frames",
                                                      "slots",  "job",     "error",   "shard"};
     if (object.contains("options"))
       for (const auto& [name, value] : object.items())

@@ -3,6 +3,8 @@
 //
 // The store is there without texture coordinates until the sequence has been followed to its end,
 // so that --resume can go on with it.
+#include <algorithm>
+
 #include "shell/results.h"
 #include "shell/verb.h"
 #include "verbs/shared/render_request.h"
@@ -13,6 +15,12 @@ namespace mq::app {
 namespace {
 
 constexpr double tracking_share = 0.75;  // of the time
+
+/// Whether half of the frames or more have something that only passes.
+bool is_noisy(const Json& frames) {
+  const auto noisy = std::ranges::count_if(frames, [](const Json& frame) { return frame.value("passing", 0) > 0; });
+  return noisy > 0 && 2 * noisy >= std::ssize(frames);
+}
 
 Exit evolve(Run& run) {
   const OptionValues& options = run.options();
@@ -25,6 +33,9 @@ Exit evolve(Run& run) {
   unwrap_store(run, EvolvingReader(output), output, 1 - tracking_share);
   std::vector<std::filesystem::path> paths = followed_paths(options);
   if (options.has("picture")) paths.emplace_back(options.text("picture"));
+  if (!options.has("look-ahead") && is_noisy(measured["frames"]))
+    run.terminal().remark("most frames have holes or handles that only pass, as noisy captures do: with --look-ahead 0 "
+                          "texture coordinates of these last longer, in fewer charts ('unwrap' makes an atlas anew)");
   run.terminal().safe("");
   say_written(run, paths);
   return Exit::done;

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "mq/evolving/detail/filled_hole.h"
-#include "mq/unwrap/detail/pack_shape.h"
+#include "mq/unwrap/touched_cells.h"
 
 namespace mq {
 namespace {

@@ -6,13 +6,9 @@
 #include <vector>
 
 #include "mq/unwrap/detail/pack.h"
+#include "mq/unwrap/touched_cells.h"
 
 namespace mq {
-
-/// Cells [begin, end) of a row.
-struct CellRun {
-  int row, begin, end;
-};
 
 /// A chart as the cells it touches, and these widened by the gutter, both in the frame whose cell
 /// (0, 0) is the lowest of the wide one. Rows go upward.
@@ -28,10 +24,6 @@ struct PackShape {
 /// The shape of a chart turned by `angle`, scaled (cells per unit) and made wider by `pad` cells
 /// all around, any number. Cells that are touched in rounding only are touched.
 PackShape make_shape(const PackChart& chart, double angle, double scale, double pad, int gutter);
-
-/// The cells of a texture that polygons touch, which do not overlap; corners in cells.
-std::vector<CellRun> touched_cells(const std::vector<std::vector<Vector2>>& polygons, int width,
-                                   int height);
 
 /// The angle at which the chart's box is smallest, lying.
 double smallest_box_angle(const PackChart& chart);
