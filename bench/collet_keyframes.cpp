@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "tool.h"
 #include "mq/base/error.h"
 #include "mq/baseline/keyframes.h"
 #include "mq/io/evolving_file.h"
@@ -165,11 +166,4 @@ int main(int count, char** words) {
 }  // namespace
 }  // namespace mq
 
-int main(int count, char** words) {
-  try {
-    return mq::main(count, words);
-  } catch (const std::exception& error) {
-    std::cerr << error.what() << "\n";
-    return 2;
-  }
-}
+int main(int count, char** words) { return mq::run_tool(mq::main, count, words); }

@@ -3,11 +3,11 @@
 // horizons, with charts in one direction and in the sixteen that `pack` has. Gutter 2.
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "tool.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "mq/baseline/horizon_pack.h"
@@ -118,11 +118,4 @@ int main(int count, char** words) {
 }  // namespace
 }  // namespace mq
 
-int main(int count, char** words) {
-  try {
-    return mq::main(count, words);
-  } catch (const std::exception& error) {
-    std::cerr << error.what() << "\n";
-    return 2;
-  }
-}
+int main(int count, char** words) { return mq::run_tool(mq::main, count, words); }

@@ -9,11 +9,11 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "tool.h"
 #include "mq/base/error.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
@@ -89,11 +89,4 @@ int main(int count, char** words) {
 }  // namespace
 }  // namespace mq
 
-int main(int count, char** words) {
-  try {
-    return mq::main(count, words);
-  } catch (const std::exception& error) {
-    std::cerr << error.what() << "\n";
-    return 2;
-  }
-}
+int main(int count, char** words) { return mq::run_tool(mq::main, count, words); }

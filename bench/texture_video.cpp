@@ -18,6 +18,7 @@
 
 #include <unistd.h>
 
+#include "tool.h"
 #include "mq/base/error.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
@@ -199,11 +200,4 @@ int main(int count, char** words) {
 }  // namespace
 }  // namespace mq
 
-int main(int count, char** words) {
-  try {
-    return mq::main(count, words);
-  } catch (const std::exception& error) {
-    std::cerr << error.what() << "\n";
-    return 2;
-  }
-}
+int main(int count, char** words) { return mq::run_tool(mq::main, count, words); }

@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "mq/base/error.h"
-#include "mq/model/kept_work.h"
 #include "mq/baseline/reference_solver.h"
+#include "mq/model/kept_work.h"
 
 namespace mq::app {
 void add_solver_options(OptionTable& table, const std::string& tolerance) {

@@ -18,6 +18,7 @@
 #include <optional>
 
 #include "mq/base/error.h"
+#include "mq/unwrap/touched_cells.h"
 
 namespace mq {
 namespace {
@@ -26,11 +27,6 @@ constexpr double precision = 0.001;  // of scales
 constexpr double hair = 1e-6;        // so that a side on a line of cells touches one row, as in `pack`
 constexpr int none = std::numeric_limits<int>::max();
 
-/// Cells [begin, end) of a row.
-struct Run {
-  int row, begin, end;
-};
-
 /// Per column of a chart's box the lowest and highest cell, the gutter added.
 struct Sides {
   std::vector<int> bottom, top;
@@ -38,7 +34,7 @@ struct Sides {
 
 /// A chart as cells, from the corner of a box that is wider by the gutter all around.
 struct Shape {
-  std::vector<Run> touched;
+  std::vector<CellRun> touched;
   Sides columns, rows;
   Vector2 middle = Vector2::Zero();
   double angle = 0;
@@ -175,7 +171,7 @@ class HorizonPacker {
   /// Places of all charts at this scale, or nothing where they do not fit.
   std::optional<std::vector<Placement>> place_all(double scale, const Progress& progress) const {
     std::vector<Placement> places(charts_.size());
-    std::vector<std::vector<Run>> cells(charts_.size());  // on the board, of those placed
+    std::vector<std::vector<CellRun>> cells(charts_.size());  // on the board, of those placed
     Vector2 weighted = Vector2::Zero();
     double weight = 0;
     for (const int c : order_) {
@@ -190,7 +186,7 @@ class HorizonPacker {
       if (!place) return {};
       const auto [x, y, direction] = *place;
       const Shape& shape = shapes[direction];
-      for (const Run& run : shape.touched) cells[c].push_back({run.row + y, run.begin + x, run.end + x});
+      for (const CellRun& run : shape.touched) cells[c].push_back({run.row + y, run.begin + x, run.end + x});
       weighted += charts_[c].area * (shape.middle + Vector2(x, y));
       weight += charts_[c].area;
       places[c] = {shape.angle, Vector2(x - slack_, y - slack_) - shape.low};
@@ -215,11 +211,11 @@ class HorizonPacker {
   }
 
   /// The cells that those taken have that live at the same time.
-  std::vector<char> taken_for(const PackChart& chart, const std::vector<std::vector<Run>>& cells) const {
+  std::vector<char> taken_for(const PackChart& chart, const std::vector<std::vector<CellRun>>& cells) const {
     std::vector<char> taken(std::size_t(width_) * height_);
     for (std::size_t other = 0; other < cells.size(); ++other) {
       if (charts_[other].first > chart.last || chart.first > charts_[other].last) continue;
-      for (const Run& run : cells[other])
+      for (const CellRun& run : cells[other])
         std::fill_n(taken.begin() + std::ptrdiff_t(run.row) * width_ + run.begin, run.end - run.begin, 1);
     }
     return taken;

@@ -1,7 +1,6 @@
 #include "mq/model/kept_work.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace mq {
 namespace {

@@ -13,6 +13,7 @@
 #include "mq/evolving/detail/free_texels.h"
 #include "mq/evolving/detail/parts_of.h"
 #include "mq/evolving/detail/rolling_atlas.h"
+#include "mq/mesh/geometry.h"
 #include "mq/mesh/weld.h"
 
 namespace mq {
@@ -24,11 +25,6 @@ constexpr int most_rounds = 4;
 constexpr std::array rings_moved = {0, 1, 3};
 /// Of all triangles, those of a chart that is moved beside others.
 constexpr double small_share = 1.0 / 50;
-
-double area_of_polygon(const std::vector<Vector2>& t) {
-  const Vector2 a = t[1] - t[0], b = t[2] - t[0];
-  return (a.x() * b.y() - a.y() * b.x()) / 2;
-}
 
 /// Of a patch the triangles that are accepted, one after the other: those at these edges, whose ends are
 /// fixed, and those beside one that is accepted. `sources` are the surface's triangles, which edges are of.
@@ -182,7 +178,7 @@ void RollingAtlas::add_triangle(int number, int triangle, const Triangle& uvs, s
   piece.ids.push_back(id);
   piece.vertex_ids.push_back(ids);
   piece.corners.push_back(uvs);
-  piece.areas.push_back(area_of_polygon(laid) / (scale_ * scale_));
+  piece.areas.push_back(cross(laid[1] - laid[0], laid[2] - laid[0]) / 2 / (scale_ * scale_));
   piece.since.push_back(now_);
   piece.last.push_back(now_ - 1);  // until it is written
   taken.polygons.push_back(std::move(laid));

@@ -9,8 +9,8 @@
 
 #include "mq/evolving/detail/filled_hole.h"
 #include "mq/evolving/detail/flattened_charts.h"
-#include "mq/evolving/detail/rolling_atlas.h"
 #include "mq/evolving/detail/parts_of.h"
+#include "mq/evolving/detail/rolling_atlas.h"
 #include "mq/evolving/detail/rolling_plan.h"
 
 namespace mq {
