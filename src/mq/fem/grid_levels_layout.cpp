@@ -57,37 +57,33 @@ struct Hardness {
 };
 
 /// Diagonal values of stencil rows; infinity in the others.
-std::vector<double> stencil_diagonal(const SparseMatrix& A, const StencilLayout& layout) {
+std::vector<double> stencil_diagonal(const StencilRows& A, const StencilLayout& layout) {
   std::vector<double> diagonal(std::size_t(layout.rows), std::numeric_limits<double>::infinity());
   parallel_for(std::ssize(layout.runs), [&](std::int64_t r) {
     const StencilRun& run = layout.runs[r];
-    const double* const centres = A.valuePtr() + A.outerIndexPtr()[run.first] + 4;
-    for (int i = 0; i < run.count; ++i) diagonal[run.first + i] = centres[9 * i];
+    for (int k = run.first; k < run.first + run.count; ++k) diagonal[k] = A.at(k, Coupling::centre);
   }, 64);
   return diagonal;
 }
 
 /// Of the rows of a run those that are hard.
-void add_hard_rows(const SparseMatrix& A, const StencilRun& run, const std::vector<double>& diagonal,
+void add_hard_rows(const StencilRows& A, const StencilRun& run, const std::vector<double>& diagonal,
                    std::vector<Hardness>& hard) {
   const double *const up = diagonal.data() + run.up, *const here = diagonal.data() + run.first,
                *const down = diagonal.data() + run.down;
-  const double* row = A.valuePtr() + A.outerIndexPtr()[run.first];
   const auto column = [&](int i) { return std::min({up[i], here[i], down[i]}); };
   double left = column(-1), middle = column(0);
-  for (int i = 0; i < run.count; ++i, row += 9) {
+  for (int i = 0; i < run.count; ++i) {
     const double right = column(i + 1), softest = std::min({left, middle, right});
     left = middle, middle = right;
-    Stencil stencil;
-    std::copy_n(row, 9, stencil.begin());
-    const Hardness found{run.first + i, float(stencil_anisotropy(stencil) / least_anisotropy),
+    const Hardness found{run.first + i, float(stencil_anisotropy(A.stencil(run, i)) / least_anisotropy),
                          float(here[i] / (least_stiffness * softest))};
     if (found.worse() > 1) hard.push_back(found);
   }
 }
 
 /// The rows that are hard, stencils or not, in an order that does not depend on the number of threads.
-std::vector<Hardness> find_hardness(const SparseMatrix& A, const StencilLayout& layout) {
+std::vector<Hardness> find_hardness(const StencilRows& A, const StencilLayout& layout) {
   constexpr int block = 64;
   const std::vector<double> diagonal = stencil_diagonal(A, layout);
   const std::size_t blocks = layout.runs.size() / block + 1;
@@ -100,7 +96,7 @@ std::vector<Hardness> find_hardness(const SparseMatrix& A, const StencilLayout& 
     for (std::int64_t p = begin; p < end; ++p) {
       const int k = layout.irregular[p];
       double own = 0, softest = std::numeric_limits<double>::infinity();
-      for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
+      for (SparseMatrix::InnerIterator entry(A.listed(), k); entry; ++entry) {
         if (entry.col() == k) own = entry.value();
         softest = std::min(softest, diagonal[entry.col()]);
       }
@@ -124,48 +120,50 @@ float limit_of(const std::vector<Hardness>& hardness, int rows) {
   return *limit;
 }
 
-/// Marks what row k couples to, and what that couples to, `rings` times.
-void mark_around(const SparseMatrix& A, int k, int rings, std::vector<char>& marked) {
-  for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
-    marked[entry.col()] = 1;
-    if (rings > 1) mark_around(A, int(entry.col()), rings - 1, marked);
-  }
-}
+/// Marks what rows couple to, and what that couples to, and so on.
+class RingMarker {
+ public:
+  RingMarker(const SparseMatrix& listed, const StencilLayout& layout)
+      : listed_(listed), runs_(layout.runs), run_of_(runs_of_rows(layout)) {}
 
-/// The rows that `make_robust_layout` clusters.
-std::vector<int> find_clustered(const SparseMatrix& A, const StencilLayout& layout) {
-  const std::vector<Hardness> hardness = find_hardness(A, layout);
-  if (hardness.empty()) return {};
-  const int n = layout.rows;
-  const float limit = limit_of(hardness, n);
-  std::vector<char> marked(n, 0);
-  for (const Hardness& h : hardness) {
-    if (h.worse() > limit) marked[h.row] = 1;
-    if (h.stiffness > limit) mark_around(A, h.row, rings_around_stiff, marked);
+  void mark_around(int k, int rings, std::vector<char>& marked) const {
+    const auto mark = [&](int neighbour) {
+      marked[neighbour] = 1;
+      if (rings > 1) mark_around(neighbour, rings - 1, marked);
+    };
+    if (run_of_[k] < 0) {
+      for (SparseMatrix::InnerIterator entry(listed_, k); entry; ++entry) mark(int(entry.col()));
+      return;
+    }
+    const StencilRun& run = runs_[run_of_[k]];
+    for (const int neighbour : stencil_columns(run, k - run.first)) mark(neighbour);
   }
-  for (const int k : layout.irregular) marked[k] = 0;
-  std::vector<int> clustered;
-  for (int k = 0; k < n; ++k)
-    if (marked[k]) clustered.push_back(k);
-  return clustered;
-}
 
-/// The runs of stencil rows among rows begin … end − 1.
-void find_runs(const SparseMatrix& A, const Texels& texels, int begin, int end,
-               std::vector<StencilRun>& runs, std::vector<int>& irregular) {
+ private:
+  const SparseMatrix& listed_;
+  const std::vector<StencilRun>& runs_;
+  std::vector<int> run_of_;
+};
+
+using Middles = std::array<int, 2>;
+constexpr Middles no_stencil = {-1, -1};
+
+/// The runs of stencil rows among rows begin … end − 1; middles(k, whether k − 1 is one) as in `make_layout`.
+template <class OfRow>
+void find_runs(const OfRow& middles, const Texels& texels, int begin, int end, std::vector<StencilRun>& runs,
+               std::vector<int>& irregular) {
   StencilRun run;
   const auto finish = [&] {
     if (run.count > 0) runs.push_back(run);
     run = {};
   };
   for (int k = begin; k < end; ++k) {
-    if (!is_stencil(A, texels, k, run.count > 0 ? Before::stencil : Before::other)) {
+    const auto [up, down] = middles(k, run.count > 0 ? Before::stencil : Before::other);
+    if (up < 0) {
       finish();
       irregular.push_back(k);
       continue;
     }
-    const int* column = A.innerIndexPtr() + A.outerIndexPtr()[k];
-    const int up = column[1], down = column[7];
     const bool goes_on = run.count > 0 && run.first + run.count == k && run.up + run.count == up &&
                          run.down + run.count == down && texels.places[k].x % tile_width != 0;
     if (!goes_on) {
@@ -199,9 +197,8 @@ void sort_into_tiles(const Texels& texels, StencilLayout& layout) {
   layout.tiles.push_back(int(layout.runs.size()));
 }
 
-}  // namespace
-
-StencilLayout make_layout(const SparseMatrix& A, const Texels& texels) {
+template <class OfRow>
+StencilLayout layout_of(const Texels& texels, const OfRow& middles) {
   StencilLayout layout;
   layout.rows = texels.size();
   constexpr int block = 1 << 16;
@@ -209,7 +206,7 @@ StencilLayout make_layout(const SparseMatrix& A, const Texels& texels) {
   std::vector<std::vector<StencilRun>> runs(blocks);
   std::vector<std::vector<int>> irregular(blocks);
   parallel_blocks(layout.rows, block, [&](std::int64_t begin, std::int64_t end) {
-    find_runs(A, texels, int(begin), int(end), runs[begin / block], irregular[begin / block]);
+    find_runs(middles, texels, int(begin), int(end), runs[begin / block], irregular[begin / block]);
   });
   for (int b = 0; b < blocks; ++b) {
     layout.runs.insert(layout.runs.end(), runs[b].begin(), runs[b].end());
@@ -219,9 +216,41 @@ StencilLayout make_layout(const SparseMatrix& A, const Texels& texels) {
   return layout;
 }
 
+}  // namespace
+
+StencilLayout make_layout(const SparseMatrix& A, const Texels& texels) {
+  return layout_of(texels, [&](int k, Before before) {
+    if (!is_stencil(A, texels, k, before)) return no_stencil;
+    const int* const columns = A.innerIndexPtr() + A.outerIndexPtr()[k];
+    return Middles{columns[1], columns[7]};
+  });
+}
+
+StencilLayout make_layout(const Texels& texels, const std::function<std::array<int, 2>(int k)>& middles) {
+  return layout_of(texels, [&](int k, Before) { return middles(k); });
+}
+
+std::vector<int> find_clustered(const StencilRows& A, const StencilLayout& layout) {
+  const std::vector<Hardness> hardness = find_hardness(A, layout);
+  if (hardness.empty()) return {};
+  const int n = layout.rows;
+  const float limit = limit_of(hardness, n);
+  std::vector<char> marked(n, 0);
+  const RingMarker rings(A.listed(), layout);
+  for (const Hardness& h : hardness) {
+    if (h.worse() > limit) marked[h.row] = 1;
+    if (h.stiffness > limit) rings.mark_around(h.row, rings_around_stiff, marked);
+  }
+  for (const int k : layout.irregular) marked[k] = 0;
+  std::vector<int> clustered;
+  for (int k = 0; k < n; ++k)
+    if (marked[k]) clustered.push_back(k);
+  return clustered;
+}
+
 StencilLayout make_robust_layout(const SparseMatrix& A, const Texels& texels) {
   StencilLayout layout = make_layout(A, texels);
-  layout.clustered = find_clustered(A, layout);
+  layout.clustered = find_clustered(StencilRows(A, layout), layout);
   return layout;
 }
 

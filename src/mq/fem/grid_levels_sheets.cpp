@@ -50,7 +50,9 @@ std::vector<float> widths(const SparseMatrix& A, const Texels& texels,
 class InjectivePartFinder {
  public:
   InjectivePartFinder(const SparseMatrix& A, const Texels& texels, const StencilLayout& layout)
-      : A_(A), texels_(texels), width_(widths(A, texels, layout)) {}
+      : A_(A), texels_(texels), irregular_(std::size_t(layout.rows), 0), width_(widths(A, texels, layout)) {
+    for (const int k : layout.irregular) irregular_[k] = 1;
+  }
 
   int find(const std::vector<WeightedIndex>& children, std::vector<int>& sheet) const {
     sheet.assign(children.size(), -1);
@@ -84,14 +86,22 @@ class InjectivePartFinder {
   static constexpr double far =
       6;  // times the width: diagonal neighbours of a sheet that turns are nearer
 
-  bool touch(int a, int b) const {
+  bool touch(int a, int b) const { return couple(a, b) && near(a, b); }
+
+  /// Stencils couple to the 3 × 3 texels around theirs, in the interior of a texture.
+  bool couple(int a, int b) const {
+    if (!irregular_[a] || !irregular_[b]) {
+      const Texels::Place &p = texels_.places[a], &q = texels_.places[b];
+      return p.texture == q.texture && std::abs(p.x - q.x) <= 1 && std::abs(p.y - q.y) <= 1;
+    }
     const int* begin = A_.innerIndexPtr() + A_.outerIndexPtr()[a];
     const int* end = A_.innerIndexPtr() + A_.outerIndexPtr()[a + 1];
-    return std::binary_search(begin, end, b) && near(a, b);
+    return std::binary_search(begin, end, b);
   }
 
   const SparseMatrix& A_;
   const Texels& texels_;
+  std::vector<char> irregular_;
   std::vector<float> width_;
 };
 

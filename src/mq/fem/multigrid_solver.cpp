@@ -6,11 +6,12 @@
 namespace mq {
 
 SolverFactory multigrid_solver(const Texels& texels, const MultigridOptions& options) {
-  return [&texels, options](const SparseMatrix& A, const Progress& progress) {
+  const auto make = [&texels, options](auto&& A, const Progress& progress) {
     const Stopwatch watch;
-    Hierarchy hierarchy = texel_hierarchy(A, texels, options, progress);
+    Hierarchy hierarchy = texel_hierarchy(std::forward<decltype(A)>(A), texels, options, progress);
     return hierarchy_solver(std::move(hierarchy), watch.seconds());
   };
+  return {SolverFactory::OfMatrix(make), SolverFactory::OfStencils(make)};
 }
 
 }  // namespace mq

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -55,6 +56,10 @@ class SignalSpace {
   virtual SparseMatrix regularised_system(double a, double b, const Progress& progress = {}) const {
     return system(a, b, progress);
   }
+
+  /// `regularised_system(a, b)` without a compressed row for each unknown, where most rows are 3 × 3 stencils; else
+  /// nothing. Half the memory, for a solver that `takes_stencils`.
+  virtual std::optional<StencilSystem> stencil_system(double, double, const Progress& = {}) const { return {}; }
 
   /// S·ψ, or with a modulation β (one value per unknown, constant on each cell or triangle: the
   /// mean over its unknowns) the vector ∫ β ⟨∇ψ, ∇φ_i⟩ dA. Sums to 0 per channel. No matrix is

@@ -81,19 +81,28 @@ std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
 
 }  // namespace
 
-Hierarchy texel_hierarchy(const SparseMatrix& A, const Texels& texels,
-                          const MultigridOptions& options, const Progress& progress) {
-  Hierarchy hierarchy(A, texels.size(), options);
-  if (A.rows() == 0) return hierarchy;
-  StencilLayout layout = make_robust_layout(A, texels);
-  GridCoarsening grid = coarsen_grid(texels, coarsening_steps(texels, layout, options.max_stretch));
-  part_sheets(A, texels, layout, grid);
+Hierarchy texel_hierarchy(const SparseMatrix& A, const Texels& texels, const MultigridOptions& options,
+                          const Progress& progress) {
+  require_square(A, texels.size());
+  StencilLayout layout = make_layout(A, texels);
+  StencilRows rows(A, layout);
+  return texel_hierarchy({std::move(layout), std::move(rows)}, texels, options, progress);
+}
+
+Hierarchy texel_hierarchy(StencilSystem&& A, const Texels& texels, const MultigridOptions& options,
+                          const Progress& progress) {
+  Hierarchy hierarchy(A.rows.rows(), A.rows.entries(), options);
+  if (texels.size() == 0) return hierarchy;
+  A.layout.clustered = find_clustered(A.rows, A.layout);
+  A.rows.list_clustered(A.layout);
+  GridCoarsening grid = coarsen_grid(texels, coarsening_steps(texels, A.layout, options.max_stretch));
+  part_sheets(A.rows.listed(), texels, A.layout, grid);
   progress.at(0.3);
-  SparseMatrix matrix = hierarchy.add_level(A, std::move(layout), PatchSmoother::Kind::neighbours,
+  SparseMatrix matrix = hierarchy.add_level(std::move(A.rows), std::move(A.layout), PatchSmoother::Kind::neighbours,
                                             std::move(grid.transfer), progress);
   progress.at(0.6);
 
-  layout = make_robust_layout(matrix, grid.coarse);
+  StencilLayout layout = make_robust_layout(matrix, grid.coarse);
   SurfacePoints points;
   points.spacing = spacings(matrix, grid.coarse, layout);
   // What flows through a shared texel changes fast around it: coarser levels stay close there.
@@ -105,7 +114,7 @@ Hierarchy texel_hierarchy(const SparseMatrix& A, const Texels& texels,
   points.positions = std::move(grid.coarse.positions);
   hierarchy.add_graph_levels(matrix, std::move(points), std::move(layout), PatchSmoother::Kind::neighbours, progress,
                              matrix);
-  hierarchy.finish(A, matrix);
+  hierarchy.finish(matrix);
   progress.at(1);
   return hierarchy;
 }

@@ -11,4 +11,8 @@ namespace mq {
 Hierarchy texel_hierarchy(const SparseMatrix& A, const Texels& texels,
                           const MultigridOptions& options = {}, const Progress& progress = {});
 
+/// The same of a matrix that is used up, with the layout of `make_layout`: what it held is let go of on the way.
+Hierarchy texel_hierarchy(StencilSystem&& A, const Texels& texels, const MultigridOptions& options = {},
+                          const Progress& progress = {});
+
 }  // namespace mq

@@ -86,6 +86,7 @@ class TexelSpace : public SignalSpace {
   /// make columns of M and S nearly dependent; τ = 10⁻⁴ holds them to their neighbours. Same
   /// pattern as `system`; the sum of each row too, so that means are kept.
   SparseMatrix regularised_system(double a, double b, const Progress& progress = {}) const override;
+  std::optional<StencilSystem> stencil_system(double a, double b, const Progress& progress = {}) const override;
   Vector lumped_mass() const override;
   SurfaceScale scale() const override;
 

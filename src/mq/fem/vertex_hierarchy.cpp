@@ -37,12 +37,13 @@ std::vector<std::array<float, 3>> relative_positions(std::span<const Vector3> po
 
 Hierarchy vertex_hierarchy(const SparseMatrix& A, std::span<const Vector3> positions,
                            const MultigridOptions& options, const Progress& progress) {
-  Hierarchy hierarchy(A, std::ssize(positions), options);
+  require_square(A, std::ssize(positions));
+  Hierarchy hierarchy(int(A.rows()), A.nonZeros(), options);
   if (A.rows() == 0) return hierarchy;
   SparseMatrix coarsest;
   hierarchy.add_graph_levels(A, points_of(A, positions), layout_without_stencils(int(A.rows())),
                              PatchSmoother::Kind::single, progress, coarsest);
-  hierarchy.finish(A, coarsest);
+  hierarchy.finish(coarsest);
   progress.at(1);
   return hierarchy;
 }

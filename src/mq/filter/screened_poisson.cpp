@@ -100,6 +100,8 @@ void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
   if (screen_.empty() && weight * vanishing_weight >= space_.scale().area) weight = infinite_weight;
   const bool finite = std::isfinite(weight), screened = !screen_.empty();
   require(finite || !screened, "a screened Poisson equation with a screen needs a finite weight");
+  const bool keeps_means = finite && !screened && weight <= large_weight * space_.scale().area;
+  if (keeps_means && prepare_stencils(weight, assembling, progress)) return;
   SparseMatrix A =
       space_.regularised_system(finite && !screened ? 1 : 0, finite ? weight : 1, assembling);
   if (screened) A.diagonal() += screened_mass();
@@ -117,6 +119,24 @@ void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
   weight_ = weight;
   shift_ = shift;
   components_ = std::move(components);
+}
+
+/// Whether it could be done without compressed rows.
+bool ScreenedPoisson::prepare_stencils(double weight, const Progress& assembling, const Progress& progress) {
+  if (!factory_.takes_stencils()) return false;
+  std::optional<StencilSystem> A = space_.stencil_system(1, weight, assembling);
+  if (!A) return false;
+  const Progress preparing = progress.step("prepare", 0.8);
+  try {
+    if (solver_)
+      solver_->take(std::move(*A), preparing);
+    else
+      solver_ = factory_(std::move(*A), preparing);
+  } catch (const NotPositiveDefinite&) {
+    return false;
+  }
+  weight_ = weight, shift_ = 0, components_ = {};
+  return true;
 }
 
 double ScreenedPoisson::prepare(SparseMatrix& A, const Progress& progress) {

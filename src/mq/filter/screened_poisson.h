@@ -105,6 +105,7 @@ class ScreenedPoisson {
 
   Vector screened_mass() const;
   double prepare(SparseMatrix& A, const Progress& progress);
+  bool prepare_stencils(double weight, const Progress& assembling, const Progress& progress);
   Filtered correct(const Signal& psi, Signal gradient_change, const Progress& progress) const;
 
   const SignalSpace& space_;

@@ -54,21 +54,89 @@ struct Scratch {
   std::vector<WeightedIndex> children;
 };
 
-/// Consecutive rows of the product.
+/// Consecutive rows of the product: which have the closed form, and the entries of the others.
 struct Block {
-  std::vector<int> counts;
+  std::vector<char> closed;
   std::vector<int> columns;
   std::vector<double> values;
 };
 
+/// The rows of a compressed matrix.
+class CompressedRows {
+ public:
+  explicit CompressedRows(const SparseMatrix& A)
+      : starts_(A.outerIndexPtr()), columns_(A.innerIndexPtr()), values_(A.valuePtr()) {}
+
+  /// visit(column, value)
+  template <class Visit>
+  void for_each(int row, const Visit& visit) const {
+    for (int e = starts_[row]; e < starts_[row + 1]; ++e) visit(columns_[e], values_[e]);
+  }
+  /// The unknowns above and below row `fine`, if it may be a stencil.
+  bool find_column(int fine, int& up, int& down) const {
+    if (starts_[fine + 1] - starts_[fine] != 9) return false;
+    up = columns_[starts_[fine] + 1], down = columns_[starts_[fine] + 7];
+    return true;
+  }
+  /// Whether the row `fine` is the 3 × 3 stencil around it: `up`, itself and `down` in the middle.
+  bool is_stencil(int fine, int up, int down) const {
+    if (starts_[fine + 1] - starts_[fine] != 9) return false;
+    const int* const columns = columns_ + starts_[fine];
+    const int middles[3] = {up, fine, down};
+    for (int d = 0; d < 3; ++d)
+      if (columns[3 * d] != middles[d] - 1 || columns[3 * d + 2] != middles[d] + 1) return false;
+    return true;
+  }
+  Stencil stencil(int fine) const {
+    Stencil values;
+    std::copy_n(values_ + starts_[fine], 9, values.begin());
+    return values;
+  }
+
+ private:
+  const int *starts_, *columns_;
+  const double* values_;
+};
+
+/// The rows of a matrix of stencils.
+class RowsOfStencils {
+ public:
+  RowsOfStencils(const StencilRows& A, const StencilLayout& layout)
+      : A_(A), listed_(A.listed()), runs_(layout.runs), run_of_(runs_of_rows(layout)) {}
+
+  template <class Visit>
+  void for_each(int row, const Visit& visit) const {
+    if (run_of_[row] < 0) return listed_.for_each(row, visit);
+    const std::array<int, 9> columns = stencil_columns(run(row), row - run(row).first);
+    const Stencil values = stencil(row);
+    for (int n = 0; n < 9; ++n) visit(columns[n], values[n]);
+  }
+  bool find_column(int fine, int& up, int& down) const {
+    if (run_of_[fine] < 0) return false;
+    const int i = fine - run(fine).first;
+    up = run(fine).up + i, down = run(fine).down + i;
+    return true;
+  }
+  bool is_stencil(int fine, int up, int down) const {
+    int own_up = 0, own_down = 0;
+    return find_column(fine, own_up, own_down) && own_up == up && own_down == down;
+  }
+  Stencil stencil(int fine) const { return A_.stencil(run(fine), fine - run(fine).first); }
+
+ private:
+  const StencilRun& run(int row) const { return runs_[run_of_[row]]; }
+
+  const StencilRows& A_;
+  CompressedRows listed_;
+  const std::vector<StencilRun>& runs_;
+  std::vector<int> run_of_;
+};
+
 /// Σ_i P_iI A_ij over the children i: add(j, value).
-template <class Add>
-void for_each_neighbour(const SparseMatrix& A, std::span<const WeightedIndex> children, const Add& add) {
-  const int *const starts = A.outerIndexPtr(), *const columns = A.innerIndexPtr();
-  const double* const values = A.valuePtr();
+template <class Rows, class Add>
+void for_each_neighbour(const Rows& A, std::span<const WeightedIndex> children, const Add& add) {
   for (const WeightedIndex& child : children)
-    for (int e = starts[child.index]; e < starts[child.index + 1]; ++e)
-      add(columns[e], double(child.weight) * values[e]);
+    A.for_each(child.index, [&](int column, double value) { add(column, double(child.weight) * value); });
 }
 
 /// Adds value times row `fine` of P.
@@ -89,7 +157,8 @@ void add_parents(const GridTransfer& P, int fine, double value, SparseSum& row) 
   if (at.between_columns) row.add(at.lower + 1, share);
 }
 
-void sum_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s) {
+template <class Rows>
+void sum_row(const Rows& A, const LevelTransfer& P, int row, Scratch& s) {
   s.row.clear();
   if (const SparseTransfer* const sparse = P.sparse()) {
     s.fine.make_room(P.fine_rows());
@@ -112,14 +181,16 @@ void sum_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s)
 }
 
 /// Whether the sum of all that children add is 0 but for rounding: of a component that has become one node, where A·1 = 0.
-bool is_rounding(double sum, const SparseMatrix& A, std::span<const WeightedIndex> children) {
+template <class Rows>
+bool is_rounding(double sum, const Rows& A, std::span<const WeightedIndex> children) {
   constexpr double rounding = 1e-13;
   double absolute = 0;
   for_each_neighbour(A, children, [&](int, double value) { absolute += std::abs(value); });
   return std::abs(sum) <= rounding * absolute;
 }
 
-void gather_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s) {
+template <class Rows>
+void gather_row(const Rows& A, const LevelTransfer& P, int row, Scratch& s) {
   sum_row(A, P, row, s);
   if (s.row.columns.size() != 1) return;
   const SparseTransfer* const sparse = P.sparse();
@@ -138,38 +209,32 @@ struct GridAround {
   int coarse[3];  ///< likewise
 };
 
-/// Whether the row `fine` of A is the 3 × 3 stencil around it: `up`, itself and `down` in the middle.
-bool is_stencil(const SparseMatrix& A, int fine, int up, int down) {
-  const int begin = A.outerIndexPtr()[fine];
-  if (A.outerIndexPtr()[fine + 1] - begin != 9) return false;
-  const int* columns = A.innerIndexPtr() + begin;
-  const int middles[3] = {up, fine, down};
-  for (int d = 0; d < 3; ++d)
-    if (columns[3 * d] != middles[d] - 1 || columns[3 * d + 2] != middles[d] + 1) return false;
+/// What surrounds node `row` if the closed form holds for it.
+template <class Rows>
+bool find_around(const Rows& A, const GridTransfer& P, int row, GridAround& around) {
+  int unused = 0;
+  std::copy_n(P.grid_children(row).centre, 3, around.fine + 1);
+  if (!A.find_column(around.fine[1], around.fine[0], unused) || !A.find_column(around.fine[3], unused, around.fine[4]))
+    return false;
+  around.coarse[0] = int(P.grid_parents(around.fine[0]).upper), around.coarse[1] = row;
+  around.coarse[2] = int(P.grid_parents(around.fine[4]).upper);
   return true;
 }
 
-/// What surrounds node `row` if the closed form holds for it: its children are 3 × 3 stencils, and all
-/// 5 × 5 unknowns of these are interpolated between the 3 × 3 coarse nodes.
-bool find_around(const SparseMatrix& A, const GridTransfer& P, int row, GridAround& around) {
+/// Whether the closed form holds for node `row`: its children are 3 × 3 stencils, and all 5 × 5 unknowns of these are
+/// interpolated between the 3 × 3 coarse nodes.
+template <class Rows>
+bool has_closed_form(const Rows& A, const GridTransfer& P, int row) {
   constexpr std::uint8_t all = 1 | 2 | 4 | 8;
-  const GridChildren& children = P.grid_children(row);
-  for (int b = 0; b < 3; ++b)
-    if (children.flags[b] != all) return false;
-  const auto third = [&](int fine, int triple) {
-    const int begin = A.outerIndexPtr()[fine];
-    return A.outerIndexPtr()[fine + 1] - begin == 9 ? A.innerIndexPtr()[begin + 3 * triple + 1] : -1;
-  };
-  int* const fine = around.fine;
-  std::copy(children.centre, children.centre + 3, fine + 1);
-  fine[0] = third(fine[1], 0), fine[4] = third(fine[3], 2);
-  if (fine[0] < 0 || fine[4] < 0) return false;
+  for (const std::uint8_t flags : P.grid_children(row).flags)
+    if (flags != all) return false;
+  GridAround around;
+  if (!find_around(A, P, row, around)) return false;
+  const int* const fine = around.fine;
   for (int b = 1; b < 4; ++b)
     for (int a = -1; a < 2; ++a)
-      if (!is_stencil(A, fine[b] + a, fine[b - 1] + a, fine[b + 1] + a)) return false;
-  int* const coarse = around.coarse;
-  coarse[0] = int(P.grid_parents(fine[0]).upper), coarse[1] = row;
-  coarse[2] = int(P.grid_parents(fine[4]).upper);
+      if (!A.is_stencil(fine[b] + a, fine[b - 1] + a, fine[b + 1] + a)) return false;
+  const int* const coarse = around.coarse;
   if (coarse[0] + 1 >= coarse[1] - 1 || coarse[1] + 1 >= coarse[2] - 1) return false;
   for (int v = 0; v < 5; ++v)
     for (int u = -2; u < 3; ++u) {
@@ -184,14 +249,15 @@ bool find_around(const SparseMatrix& A, const GridTransfer& P, int row, GridArou
 }
 
 /// The closed form, row by row of the coarse stencil.
-std::array<double, 9> grid_row(const SparseMatrix& A, const GridAround& around) {
-  std::array<double, 9> sum{};
+template <class Rows>
+Stencil closed_form(const Rows& A, const GridAround& around) {
+  Stencil sum{};
   for (int b = 0; b < 3; ++b)
     for (int a = 0; a < 3; ++a) {
-      const double* stencil = A.valuePtr() + A.outerIndexPtr()[around.fine[b + 1] + a - 1];
+      const Stencil stencil = A.stencil(around.fine[b + 1] + a - 1);
       const auto &wide = grid_weights[a], &high = grid_weights[b];
       for (int d = 0; d < 3; ++d) {
-        const double* of = stencil + 3 * d;
+        const double* of = stencil.data() + 3 * d;
         double across[3];
         for (int U = 0; U < 3; ++U)
           across[U] = of[0] * wide[0][U] + of[1] * wide[1][U] + of[2] * wide[2][U];
@@ -202,11 +268,13 @@ std::array<double, 9> grid_row(const SparseMatrix& A, const GridAround& around) 
   return sum;
 }
 
-void append_stencil(const GridAround& around, const std::array<double, 9>& values, Block& block) {
+template <class Rows>
+void write_closed_form(const Rows& A, const GridTransfer& P, int row, int* columns, double* values) {
+  GridAround around;
+  find_around(A, P, row, around);
   for (const int middle : around.coarse)
-    for (int u = -1; u < 2; ++u) block.columns.push_back(middle + u);
-  block.values.insert(block.values.end(), values.begin(), values.end());
-  block.counts.push_back(9);
+    for (int u = -1; u < 2; ++u) *columns++ = middle + u;
+  std::ranges::copy(closed_form(A, around), values);
 }
 
 void append_row(Scratch& s, Block& block) {
@@ -218,56 +286,67 @@ void append_row(Scratch& s, Block& block) {
     block.columns.push_back(int(entry >> 32));
     block.values.push_back(s.row.values[std::uint32_t(entry)]);
   }
-  block.counts.push_back(int(s.row.columns.size()));
 }
 
-}  // namespace
-
-SparseMatrix galerkin(const SparseMatrix& A, const LevelTransfer& P, const Progress& progress) {
+/// First all rows but those in closed form, whose length is known, then these, in their place.
+template <class Rows>
+SparseMatrix product(const Rows& A, const LevelTransfer& P, const Progress& progress) {
   const int rows = P.coarse_rows();
   const GridTransfer* const grid = P.grid();
   constexpr int block_rows = 4096;
+  constexpr int in_closed_form = 9;
   std::vector<Block> blocks((rows + block_rows - 1) / block_rows);
   tbb::enumerable_thread_specific<Scratch> scratch;
+  SparseMatrix C(rows, rows);
+  int* const starts = C.outerIndexPtr();
   parallel_blocks(rows, block_rows, [&](std::int64_t begin, std::int64_t end) {
     progress.check();
     Scratch& s = scratch.local();
     s.row.make_room(rows);
     Block& block = blocks[begin / block_rows];
-    const std::size_t usual = std::size_t(end - begin) * 9;  // a stencil; growing would double it
-    block.columns.reserve(usual);
-    block.values.reserve(usual);
-    GridAround around;
+    block.closed.assign(std::size_t(end - begin), 0);
     for (std::int64_t row = begin; row < end; ++row) {
-      if (grid && find_around(A, *grid, int(row), around)) {
-        append_stencil(around, grid_row(A, around), block);
-        continue;
+      const bool closed = grid && has_closed_form(A, *grid, int(row));
+      block.closed[row - begin] = closed;
+      if (!closed) {
+        gather_row(A, P, int(row), s);
+        append_row(s, block);
       }
-      gather_row(A, P, int(row), s);
-      append_row(s, block);
+      starts[row + 1] = closed ? in_closed_form : int(s.row.columns.size());
     }
   });
-
-  SparseMatrix C(rows, rows);
-  int* outer = C.outerIndexPtr();
-  outer[0] = 0;
-  int row = 0;
-  for (const Block& block : blocks)
-    for (const int count : block.counts) {
-      outer[row + 1] = outer[row] + count;
-      ++row;
+  starts[0] = 0;
+  for (int row = 0; row < rows; ++row) starts[row + 1] += starts[row];
+  C.resizeNonZeros(starts[rows]);
+  parallel_blocks(rows, block_rows, [&](std::int64_t begin, std::int64_t end) {
+    progress.check();
+    const Block block = std::move(blocks[begin / block_rows]);
+    std::size_t next = 0;
+    for (std::int64_t row = begin; row < end; ++row) {
+      int* const columns = C.innerIndexPtr() + starts[row];
+      double* const values = C.valuePtr() + starts[row];
+      if (block.closed[row - begin]) {
+        write_closed_form(A, *grid, int(row), columns, values);
+        continue;
+      }
+      const auto count = std::size_t(starts[row + 1] - starts[row]);
+      std::copy_n(block.columns.begin() + next, count, columns);
+      std::copy_n(block.values.begin() + next, count, values);
+      next += count;
     }
-  C.resizeNonZeros(outer[rows]);
-  parallel_for(
-      std::int64_t(blocks.size()),
-      [&](std::int64_t b) {
-        const int at = outer[b * block_rows];
-        std::copy(blocks[b].columns.begin(), blocks[b].columns.end(), C.innerIndexPtr() + at);
-        std::copy(blocks[b].values.begin(), blocks[b].values.end(), C.valuePtr() + at);
-        blocks[b] = {};
-      },
-      1);
+  });
   return C;
+}
+
+}  // namespace
+
+SparseMatrix galerkin(const SparseMatrix& A, const LevelTransfer& P, const Progress& progress) {
+  return product(CompressedRows(A), P, progress);
+}
+
+SparseMatrix galerkin(const StencilRows& A, const StencilLayout& layout, const LevelTransfer& P,
+                      const Progress& progress) {
+  return A.complete() ? product(CompressedRows(A.listed()), P, progress) : product(RowsOfStencils(A, layout), P, progress);
 }
 
 }  // namespace mq

@@ -22,7 +22,7 @@ InteriorRelaxation<Real>::InteriorRelaxation(StencilBlocks blocks) : blocks_(std
   starts_.reserve(blocks_.segments.size() + 1);
   starts_.push_back(0);
   for (const StencilRun& s : blocks_.segments)
-    starts_.push_back(starts_.back() + std::int64_t(StencilRows<Real>::stride) * s.count);
+    starts_.push_back(starts_.back() + std::int64_t(WholeStencils<Real>::stride) * s.count);
   coefficients_.resize(starts_.back());
 }
 
@@ -33,7 +33,7 @@ void InteriorRelaxation<Real>::set_values(const SparseMatrix& A) {
       [&](std::int64_t i) {
         const StencilRun& s = blocks_.segments[i];
         Real* a = coefficients_.data() + starts_[i];
-        for (int k = s.first; k < s.first + s.count; ++k, a += StencilRows<Real>::stride) {
+        for (int k = s.first; k < s.first + s.count; ++k, a += WholeStencils<Real>::stride) {
           const double* row = A.valuePtr() + A.outerIndexPtr()[k];
           if (!(row[4] > 0))
             throw NotPositiveDefinite(fmt::format(
@@ -46,14 +46,14 @@ void InteriorRelaxation<Real>::set_values(const SparseMatrix& A) {
 }
 
 template <class Real>
-StencilRows<Real> InteriorRelaxation<Real>::stencil_rows() const {
+WholeStencils<Real> InteriorRelaxation<Real>::whole_stencils() const {
   return {blocks_.segments.data(), blocks_.rows.data(), starts_.data(), coefficients_.data()};
 }
 
 template <class Real>
 void InteriorRelaxation<Real>::relax(int lanes, const Real* b, Real* x, int sweeps,
                                      SweepOrder order) const {
-  const StencilRows<Real> A = stencil_rows();
+  const WholeStencils<Real> A = whole_stencils();
   const auto relax_rows = order == SweepOrder::temporal ? relaxation_kernels<Real>().relax
                                                         : relaxation_kernels<Real>().relax_plainly;
   const int line_count = int(blocks_.lines.size()) - 1;
@@ -73,7 +73,7 @@ void InteriorRelaxation<Real>::relax(int lanes, const Real* b, Real* x, int swee
 
 template <class Real>
 void InteriorRelaxation<Real>::residual(int lanes, const Real* b, const Real* x, Real* r) const {
-  const StencilRows<Real> A = stencil_rows();
+  const WholeStencils<Real> A = whole_stencils();
   parallel_blocks(std::int64_t(blocks_.segments.size()), 64,
                   [&](std::int64_t begin, std::int64_t end) {
                     relaxation_kernels<Real>().residual(lanes, A, begin, end, b, x, r);

@@ -53,7 +53,7 @@ class InteriorRelaxation {
   std::int64_t bytes() const;
 
  private:
-  StencilRows<Real> stencil_rows() const;
+  WholeStencils<Real> whole_stencils() const;
 
   StencilBlocks blocks_;
   std::vector<std::int64_t> starts_;  ///< per segment where its coefficients begin

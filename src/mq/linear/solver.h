@@ -5,11 +5,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "mq/base/error.h"
 #include "mq/base/progress.h"
-#include "mq/linear/matrix.h"
+#include "mq/linear/stencil_rows.h"
 
 namespace mq {
 
@@ -70,10 +72,41 @@ class LinearSolver {
 
   /// Prepares for another matrix of the same pattern, reusing what does not depend on its values.
   virtual void update(const SparseMatrix& A, const Progress& progress = {}) = 0;
+
+  /// The same with a matrix that is used up.
+  virtual void take(StencilSystem&& A, const Progress& progress = {}) { update(A.matrix(), progress); }
 };
 
 /// Makes a solver for a matrix. Throws `NotPositiveDefinite`, as `update` does.
-using SolverFactory =
-    std::function<std::unique_ptr<LinearSolver>(const SparseMatrix& A, const Progress& progress)>;
+class SolverFactory {
+ public:
+  using OfMatrix = std::function<std::unique_ptr<LinearSolver>(const SparseMatrix& A, const Progress& progress)>;
+  using OfStencils = std::function<std::unique_ptr<LinearSolver>(StencilSystem&& A, const Progress& progress)>;
+
+  SolverFactory() = default;
+
+  /// Any function that an `OfMatrix` may hold.
+  template <class Make>
+    requires(!std::is_same_v<std::remove_cvref_t<Make>, SolverFactory> && std::is_constructible_v<OfMatrix, Make>)
+  SolverFactory(Make&& make) : of_matrix_(std::forward<Make>(make)) {}
+
+  /// `of_stencils` makes the same solver of a matrix that is used up, so that it is never held twice.
+  SolverFactory(OfMatrix of_matrix, OfStencils of_stencils)
+      : of_matrix_(std::move(of_matrix)), of_stencils_(std::move(of_stencils)) {}
+
+  explicit operator bool() const { return bool(of_matrix_); }
+  bool takes_stencils() const { return bool(of_stencils_); }
+
+  std::unique_ptr<LinearSolver> operator()(const SparseMatrix& A, const Progress& progress) const {
+    return of_matrix_(A, progress);
+  }
+  std::unique_ptr<LinearSolver> operator()(StencilSystem&& A, const Progress& progress) const {
+    return of_stencils_ ? of_stencils_(std::move(A), progress) : of_matrix_(A.matrix(), progress);
+  }
+
+ private:
+  OfMatrix of_matrix_;
+  OfStencils of_stencils_;
+};
 
 }  // namespace mq

@@ -11,7 +11,6 @@
 #include "mq/linear/stencil_matrix.h"
 
 #include <cmath>
-#include <cstring>
 
 #include <fmt/format.h>
 
@@ -34,49 +33,31 @@ Stencil stencil_of(const StencilMatrix& A, const StencilRun& run, int i) {
           A.east(k),           A.south_west(k), A.south(k),      A.south_east(k)};
 }
 
-/// What the diagonal of row i is multiplied by.
+/// What the diagonal of row i, which is no stencil, is multiplied by.
 double raised(const Scaling& scaling, std::int64_t i) {
   return scaling.row(i) == 1 ? 1 : 1 + StencilMatrix::raise;
 }
 
-/// What the entries of A are multiplied by where no row has a unit of its own.
-struct CommonFactor {
-  double common;
+[[noreturn]] void refuse_diagonal(double value, std::int64_t row) {
+  throw NotPositiveDefinite(
+      fmt::format("the matrix is not positive definite: its diagonal is {} in row {}", value, row));
+}
 
-  double operator()(int, int) const { return common; }
-  double raised(int) const { return 1; }
-};
-
-struct RowFactors {
-  const Scaling& scaling;
-
-  double operator()(int i, int j) const { return scaling(i, j); }
-  double raised(int i) const { return mq::raised(scaling, i); }
-};
-
-/// Throws unless row `row` may be that of a positive semidefinite matrix.
-void check_row(const SparseMatrix& A, int row) {
-  double diagonal = 0, sum = 0;
-  for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry) {
-    sum += std::abs(entry.value());
-    if (entry.col() == row) diagonal = entry.value();
-  }
-  require(std::isfinite(sum), fmt::format("the matrix holds a value that is not finite in row {}", row));
-  if (!(diagonal > 0) && sum > 0)
-    throw NotPositiveDefinite(fmt::format(
-        "the matrix is not positive definite: its diagonal is {} in row {}", diagonal, row));
+/// Throws unless row `row`, with this diagonal and sum of absolute values, may be that of a positive semidefinite matrix.
+void check_row(double diagonal, double size, std::int64_t row) {
+  require(std::isfinite(size), fmt::format("the matrix holds a value that is not finite in row {}", row));
+  if (!(diagonal > 0) && size > 0) refuse_diagonal(diagonal, row);
 }
 
 }  // namespace
 
-void StencilMatrix::make_room(const SparseMatrix& A, const StencilLayout& layout) {
+void StencilMatrix::make_room(const SparseMatrix& listed, const StencilLayout& layout) {
   layout_ = &layout;
-  for (auto& stream : values5_) stream.assign(std::size_t(layout.rows) + 2 * margin, 0.0f);
   start_.assign(std::size_t(layout.listed_count()) + 1, 0);
   for (int p = 0; p < layout.listed_count(); ++p) {
     const int k = layout.listed(p);
     int entries = 0;
-    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) entries += entry.col() != k;
+    for (SparseMatrix::InnerIterator entry(listed, k); entry; ++entry) entries += entry.col() != k;
     start_[p + 1] = start_[p] + entries;
   }
   columns_.resize(std::size_t(start_.back()));
@@ -84,19 +65,18 @@ void StencilMatrix::make_room(const SparseMatrix& A, const StencilLayout& layout
 }
 
 /// Irregular and clustered rows: their entries beside the diagonal, and the diagonal.
-void StencilMatrix::fill_listed(const SparseMatrix& A, const Scaling& scaling, StencilMatrix* low) {
+void StencilMatrix::fill_listed(const SparseMatrix& listed, const Scaling& scaling, StencilMatrix* low) {
   parallel_for(layout_->listed_count(), [&](std::int64_t p) {
     const int k = layout_->listed(int(p));
     std::int64_t at = start_[p];
-    double sum = 0, size = 0;
-    bool positive = false;
-    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
+    double sum = 0, size = 0, diagonal = 0;
+    for (SparseMatrix::InnerIterator entry(listed, k); entry; ++entry) {
       const bool own = entry.col() == k;
       const double scaled = scaling(k, entry.col()) * entry.value(), kept = own ? scaled * raised(scaling, k) : scaled;
       const auto high = float(kept);
       sum += kept;
       size += std::abs(kept);
-      positive |= own && kept > 0;
+      if (own) diagonal = entry.value();
       (own ? streams(0)[k] : values_[at]) = high;
       if (low) (own ? low->streams(0)[k] : low->values_[at]) = float(scaled - double(high));
       if (own) continue;
@@ -104,67 +84,68 @@ void StencilMatrix::fill_listed(const SparseMatrix& A, const Scaling& scaling, S
       if (low) low->columns_[at] = int(entry.col());
       ++at;
     }
-    if (!positive || !std::isfinite(size)) check_row(A, k);
+    check_row(diagonal, size, k);
     if (low) row_sums_[k] = float(sum);
   });
 }
 
-/// The five values of a run's rows, and those that irregular neighbours would hold; factor(i, j) is what entry
-/// (i, j) of A is multiplied by, and factor.raised(i) what a diagonal
-/// value is multiplied by beyond that. Returns whether the run is anisotropic.
-template <class Factor>
-bool StencilMatrix::fill_run(const SparseMatrix& A, const Factor& factor, const StencilRun& run,
-                             const char* irregular, StencilMatrix* low) {
-  const bool alone = std::memchr(irregular + run.up - 1, 1, std::size_t(run.count) + 2) == nullptr;
-  const auto set = [&](int stream, int k, double value, double kept) {
-    const auto high = float(kept);
-    streams(stream)[k] = high;
-    if (low) low->streams(stream)[k] = float(value - double(high));
+namespace {
+
+/// Multiplies what a run's rows have of neighbours with a unit of their own by that. These are no stencils, so that each
+/// such value is of one stencil.
+void scale_couplings(StencilRows& A, const StencilRun& run, const std::vector<float>& unit) {
+  const auto scale = [&](int row, Coupling coupling, int neighbour) {
+    if (unit[neighbour] != 1) A.at(row, coupling) *= unit[neighbour];
   };
-  int strong = 0;
-  const double* row = A.valuePtr() + A.outerIndexPtr()[run.first];
-  for (int i = 0; i < run.count; ++i, row += 9) {
-    const int k = run.first + i, u = run.up + i, d = run.down + i;
-    const Stencil v = {factor(k, u - 1) * row[0], factor(k, u) * row[1],     factor(k, u + 1) * row[2],
-                       factor(k, k - 1) * row[3], factor(k, k) * row[4],     factor(k, k + 1) * row[5],
-                       factor(k, d - 1) * row[6], factor(k, d) * row[7],     factor(k, d + 1) * row[8]};
-    const double centre = v[4] * factor.raised(k);
-    double size = 0, sum = centre;
-    for (int j = 0; j < 9; ++j) {
-      size += std::abs(v[j]);
-      if (j != 4) sum += v[j];
-    }
-    if (!(v[4] > 0) || !std::isfinite(size)) check_row(A, k);
-    set(0, k, v[4], centre);
-    set(1, k, v[5], v[5]);
-    set(2, k, v[6], v[6]);
-    set(3, k, v[7], v[7]);
-    set(4, k, v[8], v[8]);
-    if (low) row_sums_[k] = float(sum);
-    strong += stencil_anisotropy(v) > strong_anisotropy;
-    if (irregular[k - 1]) set(1, k - 1, v[3], v[3]);
-    if (alone) continue;
-    if (irregular[u - 1]) set(4, u - 1, v[0], v[0]);
-    if (irregular[u]) set(3, u, v[1], v[1]);
-    if (irregular[u + 1]) set(2, u + 1, v[2], v[2]);
+  for (int i = 0; i < run.count; ++i) {
+    const int k = run.first + i, up = run.up + i, down = run.down + i;
+    scale(up - 1, Coupling::lower_right, up - 1), scale(up, Coupling::lower, up);
+    scale(up + 1, Coupling::lower_left, up + 1), scale(k - 1, Coupling::right, k - 1);
+    scale(k, Coupling::right, k + 1), scale(k, Coupling::lower_left, down - 1);
+    scale(k, Coupling::lower, down), scale(k, Coupling::lower_right, down + 1);
   }
-  return strong >= std::min(run.count, few_unknowns);
 }
 
-void StencilMatrix::fill(const SparseMatrix& A, const Scaling& scaling, StencilMatrix* low) {
-  fill_listed(A, scaling, low);
-  std::vector<char> irregular(std::size_t(layout_->rows), 0), found(layout_->runs.size(), 0);
-  for (const int k : layout_->irregular) irregular[k] = 1;
-  const auto fill_with = [&](const auto& factor) {
-    parallel_for(std::ssize(found), [&](std::int64_t r) {
-      found[r] = fill_run(A, factor, layout_->runs[r], irregular.data(), low);
-    }, 64);
-  };
-  if (scaling.rows.empty())
-    fill_with(CommonFactor{scaling.common});
-  else
-    fill_with(RowFactors{scaling});
-  keep_anisotropic_runs(found);
+}  // namespace
+
+/// Coupling by coupling, each of which is let go of when it has been rounded, so that the matrix is never held twice.
+void StencilMatrix::fill(StencilRows& A, const Scaling& scaling, StencilMatrix* low) {
+  std::vector<char> anisotropic(layout_->runs.size(), 0);
+  parallel_for(std::ssize(anisotropic), [&](std::int64_t r) {
+    const StencilRun& run = layout_->runs[r];
+    if (!scaling.rows.empty()) scale_couplings(A, run, scaling.rows);
+    int strong = 0;
+    for (int i = 0; i < run.count; ++i) {
+      const Stencil row = A.stencil(run, i);
+      double size = 0, sum = 0;
+      for (const double value : row) size += std::abs(value), sum += value;
+      check_row(row[4], size, run.first + i);
+      if (low) row_sums_[run.first + i] = float(scaling.common * sum);
+      strong += stencil_anisotropy(row) > strong_anisotropy;
+    }
+    anisotropic[r] = strong >= std::min(run.count, few_unknowns);
+  }, 64);
+  keep_anisotropic_runs(anisotropic);
+
+  for (int i = 0; i < 5; ++i) {
+    const auto coupling = Coupling(i);
+    values5_[i].resize(std::size_t(layout_->rows) + 2 * margin);
+    if (low) low->values5_[i].resize(values5_[i].size());
+    if (!A.has_stencils()) {
+      for (StencilMatrix* matrix : {this, low})
+        if (matrix) std::ranges::fill(matrix->values5_[i], 0.0F);
+      continue;
+    }
+    parallel_blocks(layout_->rows + 2 * margin, 1 << 16, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t k = begin - margin; k < end - margin; ++k) {
+        const double value = scaling.common * A.at(int(k), coupling);
+        streams(i)[k] = float(value);
+        if (low) low->streams(i)[k] = float(value - double(float(value)));
+      }
+    });
+    A.drop(coupling);
+  }
+  fill_listed(A.listed(), scaling, low);
 }
 
 /// Tile after tile `sweeps` times each, colour after colour; or that reversed.
@@ -207,17 +188,15 @@ void StencilMatrix::residual_of_runs(const StencilTiles& tiles, int lanes, const
   });
 }
 
-StencilMatrix::StencilMatrix(const SparseMatrix& A, const StencilLayout& layout,
-                             const Scaling& scaling) {
-  make_room(A, layout);
+StencilMatrix::StencilMatrix(StencilRows&& A, const StencilLayout& layout, const Scaling& scaling) {
+  make_room(A.listed(), layout);
   fill(A, scaling, nullptr);
 }
 
-StencilMatrix::Split StencilMatrix::split(const SparseMatrix& A, const StencilLayout& layout,
-                                          const Scaling& scaling) {
+StencilMatrix::Split StencilMatrix::split(StencilRows&& A, const StencilLayout& layout, const Scaling& scaling) {
   Split result;
-  result.high.make_room(A, layout);
-  result.low.make_room(A, layout);
+  result.high.make_room(A.listed(), layout);
+  result.low.make_room(A.listed(), layout);
   result.high.row_sums_.resize(std::size_t(A.rows()) + margin);
   result.high.fill(A, scaling, &result.low);
   return result;

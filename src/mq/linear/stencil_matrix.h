@@ -12,36 +12,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "mq/base/overwritten.h"
 #include "mq/linear/kernels/stencil_kernels.h"
-#include "mq/linear/matrix.h"
+#include "mq/linear/stencil_rows.h"
 #include "mq/linear/detail/scaling.h"
 
 namespace mq {
-
-/// Runs in the order in which they are relaxed.
-struct StencilTiles {
-  std::vector<StencilRun> runs;  ///< tile by tile, each tile's from top to bottom
-  std::vector<int> tiles;        ///< tile t has runs tiles[t] … tiles[t + 1] − 1
-  std::vector<int> colours;      ///< colour c has tiles colours[c] … colours[c + 1] − 1;
-                                 ///< no two of them couple
-};
-
-/// Which rows are stencils, and the order in which they are relaxed.
-struct StencilLayout : StencilTiles {
-  static constexpr int max_run = 128;
-
-  int rows = 0;
-  std::vector<int> irregular;        ///< the rows in no run, ascending
-  std::vector<int> clustered;        ///< rows of runs, ascending, that depend so strongly on few
-                                     ///< others that they are relaxed together with those as well
-
-  /// The rows that patches are made of: the irregular and then the clustered ones.
-  int listed_count() const { return int(irregular.size() + clustered.size()); }
-  int listed(int position) const {
-    const int count = int(irregular.size());
-    return position < count ? irregular[position] : clustered[position - count];
-  }
-};
 
 /// Some of the rows of a matrix: what is done to them alone.
 struct StencilPart {
@@ -49,9 +25,6 @@ struct StencilPart {
   StencilTiles anisotropic;    ///< pieces of `StencilMatrix::anisotropic()`
   std::vector<int> irregular;  ///< positions among the layout's irregular rows
 };
-
-/// The nine values of a stencil row, row by row of the picture.
-using Stencil = std::array<double, 9>;
 
 /// The ratio of the eigenvalues of Σ_j −a_kj d_j d_jᵀ, d_j from unknown k to j in texels: where A is
 /// stiffness, that of the metric. Small where mass prevails, which relaxation likes.
@@ -75,16 +48,16 @@ class StencilMatrix {
 
   StencilMatrix() = default;
 
-  /// A, scaled and rounded to float; the diagonal of rows with a unit of
+  /// A, which is used up, scaled and rounded to float; the diagonal of rows with a unit of
   /// their own raised by `raise` of itself. The layout must outlive the matrix. Throws
   /// `NotPositiveDefinite` where a diagonal value is not positive in a row that is not zero,
   /// `InvalidInput` where a value is not finite.
-  StencilMatrix(const SparseMatrix& A, const StencilLayout& layout, const Scaling& scaling);
+  StencilMatrix(StencilRows&& A, const StencilLayout& layout, const Scaling& scaling);
 
   /// The same matrix, `high`, with the row sums that `multiply` wants, and `low`, what rounding and raising changed:
   /// the two add up to the scaled A to 48 bits.
   struct Split;
-  static Split split(const SparseMatrix& A, const StencilLayout& layout, const Scaling& scaling);
+  static Split split(StencilRows&& A, const StencilLayout& layout, const Scaling& scaling);
 
   const StencilLayout& layout() const { return *layout_; }
   int rows() const { return layout_ ? layout_->rows : 0; }
@@ -166,12 +139,9 @@ class StencilMatrix {
  private:
   static constexpr int margin = 32;
   float* streams(int i) { return values5_[i].data() + margin; }
-  void make_room(const SparseMatrix& A, const StencilLayout& layout);
-  void fill(const SparseMatrix& A, const Scaling& scaling, StencilMatrix* low);
-  void fill_listed(const SparseMatrix& A, const Scaling& scaling, StencilMatrix* low);
-  template <class Factor>
-  bool fill_run(const SparseMatrix& A, const Factor& factor, const StencilRun& run, const char* irregular,
-                StencilMatrix* low);
+  void make_room(const SparseMatrix& listed, const StencilLayout& layout);
+  void fill(StencilRows& A, const Scaling& scaling, StencilMatrix* low);
+  void fill_listed(const SparseMatrix& listed, const Scaling& scaling, StencilMatrix* low);
   void keep_anisotropic_runs(const std::vector<char>& found);
   void relax_tiles(const StencilTiles& tiles, int lanes, const float* b, float* x, int sweeps,
                    Order order) const;
@@ -181,7 +151,7 @@ class StencilMatrix {
                         float* r) const;
 
   const StencilLayout* layout_ = nullptr;
-  std::vector<float> values5_[5];
+  OverwrittenVector<float> values5_[5];
   std::vector<float> row_sums_;
   StencilTiles anisotropic_;
   std::vector<std::int64_t> start_;

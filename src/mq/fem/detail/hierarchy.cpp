@@ -21,16 +21,15 @@ constexpr double stalled = 0.8;      // a level this much of the finer one's siz
 constexpr double weak_below = 1e-6;  // of the largest diagonal value around: gets its own unit
 constexpr double singular_below = 1e-12;  // of the trace: Σ A_ij where A·1 = 0, or as good as
 
-std::vector<double> diagonal_of(const SparseMatrix& A, const StencilLayout& layout) {
+std::vector<double> diagonal_of(const StencilRows& A, const StencilLayout& layout) {
   std::vector<double> diagonal(std::size_t(A.rows()), 0.0);
   parallel_for(std::ssize(layout.runs), [&](std::int64_t r) {
     const StencilRun& run = layout.runs[r];
-    const double* const centres = A.valuePtr() + A.outerIndexPtr()[run.first] + 4;
-    for (int i = 0; i < run.count; ++i) diagonal[run.first + i] = centres[9 * i];
+    for (int k = run.first; k < run.first + run.count; ++k) diagonal[k] = A.at(k, Coupling::centre);
   }, 64);
   parallel_for(std::ssize(layout.irregular), [&](std::int64_t p) {
     const int row = layout.irregular[p];
-    for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
+    for (SparseMatrix::InnerIterator entry(A.listed(), row); entry; ++entry)
       if (entry.col() == row) diagonal[row] += entry.value();
   });
   return diagonal;
@@ -64,6 +63,12 @@ class HierarchySolver final : public LinearSolver {
     setup_seconds_ = watch.seconds();
   }
 
+  void take(StencilSystem&& A, const Progress& progress) override {
+    const Stopwatch watch;
+    hierarchy_.set_values(std::move(A), progress);
+    setup_seconds_ = watch.seconds();
+  }
+
  private:
   Hierarchy hierarchy_;
   MixedCgOptions options_;
@@ -72,26 +77,19 @@ class HierarchySolver final : public LinearSolver {
 
 }  // namespace
 
-Hierarchy::Hierarchy(const SparseMatrix& A, std::int64_t nodes, const MultigridOptions& options)
-    : options_(options), rows_(int(A.rows())), entries_(A.nonZeros()) {
-  require(
-      A.rows() == A.cols() && A.rows() == nodes && A.isCompressed(),
-      fmt::format("a compressed matrix of {0} × {0} was wanted for {0} unknowns, one of {1} × {2} "
-                  "was given",
-                  nodes, A.rows(), A.cols()));
+Hierarchy::Hierarchy(int rows, std::int64_t entries, const MultigridOptions& options)
+    : options_(options), rows_(rows), entries_(entries) {
   multigrid_.options.sweeps = options.sweeps;
 }
 
-SparseMatrix Hierarchy::add_level(const SparseMatrix& matrix, StencilLayout layout,
-                                  PatchSmoother::Kind kind, std::unique_ptr<LevelTransfer> transfer,
-                                  const Progress& progress) {
+SparseMatrix Hierarchy::add_level(StencilRows rows, StencilLayout layout, PatchSmoother::Kind kind,
+                                  std::unique_ptr<LevelTransfer> transfer, const Progress& progress) {
   auto level = std::make_unique<MultigridLevel>();
   level->layout = std::move(layout);
-  level->patches = PatchSmoother(matrix, level->layout, kind);
+  level->patches = PatchSmoother(rows.listed(), level->layout, kind);
   level->transfer = std::move(transfer);
   multigrid_.levels.push_back(std::move(level));
-  take_values(matrix, multigrid_.levels.size() - 1);
-  return galerkin(matrix, *multigrid_.levels.back()->transfer, progress);
+  return take_values(std::move(rows), multigrid_.levels.size() - 1, progress);
 }
 
 void Hierarchy::add_graph_levels(const SparseMatrix& finest, SurfacePoints points, StencilLayout layout,
@@ -102,7 +100,8 @@ void Hierarchy::add_graph_levels(const SparseMatrix& finest, SurfacePoints point
     if (!multigrid_.levels.empty() &&
         graph.transfer->coarse_rows() > stalled * double(matrix->rows()))
       break;
-    SparseMatrix next = add_level(*matrix, std::move(layout), kind, std::move(graph.transfer), progress);
+    StencilRows rows(*matrix, layout);
+    SparseMatrix next = add_level(std::move(rows), std::move(layout), kind, std::move(graph.transfer), progress);
     coarsest.swap(next);
     matrix = &coarsest;
     points = std::move(graph.coarse);
@@ -113,54 +112,71 @@ void Hierarchy::add_graph_levels(const SparseMatrix& finest, SurfacePoints point
   if (matrix == &finest && matrix != &coarsest) coarsest = finest;
 }
 
-void Hierarchy::finish(const SparseMatrix& A, const SparseMatrix& coarsest) {
+void Hierarchy::finish(const SparseMatrix& coarsest) {
   label_components(coarsest);
-  take_coarsest_values(A, coarsest);
+  take_coarsest_values(coarsest);
+}
+
+void Hierarchy::require_pattern(std::int64_t rows, std::int64_t entries) const {
+  require(rows == rows_ && entries == entries_,
+          fmt::format("a matrix of the pattern the solver was made for ({} rows, {} entries) was "
+                      "wanted, one of {} rows and {} entries was given; make another solver for it",
+                      rows_, entries_, rows, entries));
 }
 
 void Hierarchy::set_values(const SparseMatrix& A, const Progress& progress) {
-  require(A.rows() == rows_ && A.cols() == rows_ && A.nonZeros() == entries_ && A.isCompressed(),
-          fmt::format("a matrix of the pattern the solver was made for ({} rows, {} entries) was "
-                      "wanted, one of {} rows and {} entries was given; make another solver for it",
-                      rows_, entries_, A.rows(), A.nonZeros()));
+  require_square(A, rows_);
+  require_pattern(A.rows(), A.nonZeros());
+  if (rows_ > 0) take_all_values(StencilRows(A, multigrid_.levels.front()->layout), progress);
+}
+
+void Hierarchy::set_values(StencilSystem&& A, const Progress& progress) {
+  require_pattern(A.rows.rows(), A.rows.entries());
   if (rows_ == 0) return;
-  take_values(A, 0);
-  SparseMatrix matrix = galerkin(A, *multigrid_.levels.front()->transfer, progress);
+  A.layout = {};
+  const StencilLayout& layout = multigrid_.levels.front()->layout;
+  A.rows.list_clustered(layout);
+  take_all_values(std::move(A.rows), progress);
+}
+
+void Hierarchy::take_all_values(StencilRows&& A, const Progress& progress) {
+  SparseMatrix matrix = take_values(std::move(A), 0, progress);
   for (std::size_t l = 1; l < multigrid_.levels.size(); ++l) {
-    take_values(matrix, l);
-    SparseMatrix next = galerkin(matrix, *multigrid_.levels[l]->transfer, progress);
+    SparseMatrix next = take_values(StencilRows(matrix, multigrid_.levels[l]->layout), l, progress);
     matrix.swap(next);
     progress.at(double(l) / double(multigrid_.levels.size()));
   }
-  take_coarsest_values(A, matrix);
+  take_coarsest_values(matrix);
 }
 
-/// The finest level keeps the units of weak rows and what single precision leaves of A; the others
-/// have the common scale alone.
-void Hierarchy::take_values(const SparseMatrix& matrix, std::size_t l) {
+/// Returns the matrix of the next level. The finest level keeps the units of weak rows and what single precision leaves
+/// of A; the others have the common scale alone.
+SparseMatrix Hierarchy::take_values(StencilRows&& rows, std::size_t l, const Progress& progress) {
   MultigridLevel& level = *multigrid_.levels[l];
   const bool finest = l == 0;
-  if (finest) find_scaling(matrix);
+  if (finest) find_scaling(rows);
   const Scaling common{scaling_.common, {}, {}};
   const Scaling& scaling = finest ? scaling_ : common;
+  level.patches.set_values(rows.listed(), level.layout, scaling);
+  SparseMatrix next = galerkin(rows, level.layout, *level.transfer, progress);
   if (finest) {
-    StencilMatrix::Split split = StencilMatrix::split(matrix, level.layout, scaling);
+    StencilMatrix::Split split = StencilMatrix::split(std::move(rows), level.layout, scaling);
     level.matrix = std::move(split.high);
     low_ = std::move(split.low);
     level.rescaled = scaling.special;
   } else {
-    level.matrix = StencilMatrix(matrix, level.layout, scaling);
+    level.matrix = StencilMatrix(std::move(rows), level.layout, scaling);
   }
-  level.patches.set_values(matrix, level.layout, scaling);
+  return next;
 }
 
-void Hierarchy::take_coarsest_values(const SparseMatrix& A, const SparseMatrix& coarsest) {
-  find_singular(A);
+void Hierarchy::take_coarsest_values(const SparseMatrix& coarsest) {
+  find_singular(coarsest);
   multigrid_.coarsest =
       CoarsestLevel(scaling_.common * coarsest, coarsest_component_, components_.singular);
 }
 
-void Hierarchy::find_scaling(const SparseMatrix& A) {
+void Hierarchy::find_scaling(const StencilRows& A) {
   const std::vector<double> diagonal = diagonal_of(A, multigrid_.levels.front()->layout);
   const double trace = parallel_sum(A.rows(), 0.0, [&](std::int64_t begin, std::int64_t end) {
     return std::accumulate(diagonal.begin() + begin, diagonal.begin() + end, 0.0);
@@ -174,7 +190,7 @@ void Hierarchy::find_scaling(const SparseMatrix& A) {
   parallel_for(std::ssize(rows), [&](std::int64_t p) {
     const double own = diagonal[rows[p]];
     double largest = own;
-    for (SparseMatrix::InnerIterator entry(A, rows[p]); entry; ++entry)
+    for (SparseMatrix::InnerIterator entry(A.listed(), rows[p]); entry; ++entry)
       largest = std::max(largest, diagonal[entry.col()]);
     if (own > 0 && own < weak_below * largest)
       weight[p] = float(1 / std::exp2(std::round(0.5 * std::log2(largest / own))));
@@ -208,24 +224,23 @@ void Hierarchy::label_components(const SparseMatrix& coarsest) {
   components_.component = std::move(labels);
 }
 
-void Hierarchy::find_singular(const SparseMatrix& A) {
-  if (components_.component.empty() && scaling_.special.empty()) {
-    const double sum = parallel_sum(A.nonZeros(), 0.0, [&](std::int64_t begin, std::int64_t end) {
-      return Vector::Map(A.valuePtr() + begin, end - begin).sum();
-    });
-    components_.size.assign(1, double(rows_));
-    components_.singular.assign(1, std::abs(sum) <= singular_below * trace_);
-    return;
-  }
+/// Σ A_ij over a component is that of the coarsest matrix, as rows of transfers sum to 1.
+void Hierarchy::find_singular(const SparseMatrix& coarsest) {
   const std::size_t count = components_.singular.size();
   std::vector<double> sum(count, 0), trace(count, 0);
+  for (int row = 0; row < coarsest.rows(); ++row)
+    for (SparseMatrix::InnerIterator entry(coarsest, row); entry; ++entry)
+      sum[coarsest_component_[row]] += entry.value();
   components_.size.assign(count, 0);
-  for (int row = 0; row < rows_; ++row) {
-    const int c = components_.component.empty() ? 0 : components_.component[row];
-    components_.size[c] += 1 / (scaling_.row(row) * scaling_.row(row));
-    for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry) {
-      sum[c] += entry.value();
-      if (entry.col() == row) trace[c] += entry.value();
+  if (components_.component.empty() && scaling_.special.empty()) {
+    components_.size[0] = double(rows_);
+    trace[0] = trace_;
+  } else {
+    for (int row = 0; row < rows_; ++row) {
+      const int c = components_.component.empty() ? 0 : components_.component[row];
+      const double unit = scaling_.row(row) * scaling_.row(row);
+      components_.size[c] += 1 / unit;
+      trace[c] += double(high().centre(row)) / (unit * scaling_.common);
     }
   }
   for (std::size_t c = 0; c < count; ++c)
@@ -235,6 +250,14 @@ void Hierarchy::find_singular(const SparseMatrix& A) {
 std::int64_t Hierarchy::bytes() const {
   return multigrid_.bytes() + low_.bytes() +
          4 * std::int64_t(components_.component.size() + scaling_.rows.size());
+}
+
+void require_square(const SparseMatrix& A, std::int64_t nodes) {
+  require(
+      A.rows() == A.cols() && A.rows() == nodes && A.isCompressed(),
+      fmt::format("a compressed matrix of {0} × {0} was wanted for {0} unknowns, one of {1} × {2} "
+                  "was given",
+                  nodes, A.rows(), A.cols()));
 }
 
 StencilLayout layout_without_stencils(int rows) {

@@ -19,11 +19,11 @@ namespace mq {
 /// `vertex_multigrid_solver` say what they are.
 class Hierarchy {
  public:
-  /// Throws `InvalidInput` where A is not compressed or does not have one row for each of `nodes`.
-  Hierarchy(const SparseMatrix& A, std::int64_t nodes, const MultigridOptions& options);
+  /// For a matrix of so many rows and entries.
+  Hierarchy(int rows, std::int64_t entries, const MultigridOptions& options);
 
-  /// Adds a level with the rows of `matrix` (A itself at first) and returns the matrix of the next.
-  SparseMatrix add_level(const SparseMatrix& matrix, StencilLayout layout, PatchSmoother::Kind kind,
+  /// Adds a level with these rows (those of A at first), which are used up, and returns the matrix of the next.
+  SparseMatrix add_level(StencilRows rows, StencilLayout layout, PatchSmoother::Kind kind,
                          std::unique_ptr<LevelTransfer> transfer, const Progress& progress);
 
   /// Adds levels of points on the surface, the first with `layout` and patches of `kind`, until a
@@ -33,11 +33,12 @@ class Hierarchy {
   void add_graph_levels(const SparseMatrix& finest, SurfacePoints points, StencilLayout layout,
                         PatchSmoother::Kind kind, const Progress& progress, SparseMatrix& coarsest);
 
-  /// Takes the coarsest matrix; `A` is that of the constructor.
-  void finish(const SparseMatrix& A, const SparseMatrix& coarsest);
+  /// Takes the coarsest matrix.
+  void finish(const SparseMatrix& coarsest);
 
-  /// Takes the values of another matrix of the same pattern.
+  /// Takes the values of another matrix of the same pattern. Throws `InvalidInput` where it has another size.
   void set_values(const SparseMatrix& A, const Progress& progress = {});
+  void set_values(StencilSystem&& A, const Progress& progress = {});
 
   /// Lets go of what only conjugate gradients in mixed precision need: no solver can be made of it
   /// any more.
@@ -60,11 +61,13 @@ class Hierarchy {
   std::int64_t bytes() const;
 
  private:
-  void take_values(const SparseMatrix& matrix, std::size_t level);
-  void take_coarsest_values(const SparseMatrix& A, const SparseMatrix& coarsest);
+  SparseMatrix take_values(StencilRows&& rows, std::size_t level, const Progress& progress);
+  void take_coarsest_values(const SparseMatrix& coarsest);
   void label_components(const SparseMatrix& coarsest);
-  void find_scaling(const SparseMatrix& A);
-  void find_singular(const SparseMatrix& A);
+  void find_scaling(const StencilRows& A);
+  void find_singular(const SparseMatrix& coarsest);
+  void require_pattern(std::int64_t rows, std::int64_t entries) const;
+  void take_all_values(StencilRows&& A, const Progress& progress);
 
   MultigridOptions options_;
   Multigrid multigrid_;
@@ -76,6 +79,9 @@ class Hierarchy {
   int rows_ = 0;
   std::int64_t entries_ = 0;
 };
+
+/// Throws `InvalidInput` where A is not compressed or does not have one row for each of `nodes`.
+void require_square(const SparseMatrix& A, std::int64_t nodes);
 
 /// Of `rows` rows without any stencil.
 StencilLayout layout_without_stencils(int rows);

@@ -174,6 +174,12 @@ struct TexelSpace::Data {
   template <class Visit>
   void for_each_held(double a, double b, const Visit& visit) const;
   void hold_weak(double a, double b, SparseMatrix& A) const;
+  void hold_weak(double a, double b, const StencilLayout& layout, SparseMatrix& irregular, StencilRows& A) const;
+  /// The texels above and below texel i if that couples to its 3 × 3 neighbours and nothing else, else −1.
+  std::array<int, 2> stencil_middles(int i) const;
+  std::unique_ptr<SparseMatrix> irregular_rows(double a, double b, const StencilLayout& layout,
+                                               const Progress& progress) const;
+  void fill_stencils(double a, double b, const StencilLayout& layout, StencilRows& A) const;
 
   // Elements: the cells of the grid, then the seam blocks.
   int element_of_block(int block) const { return grid.cell_count() + block; }

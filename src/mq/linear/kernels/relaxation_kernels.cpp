@@ -24,7 +24,7 @@ inline auto without_left(const Real* a, const Real* b, const Real* x, int k, int
 template <int lanes, class Real>
 inline void relax_segment(const Real* a, const StencilRun& s, const Real* b, Real* x) {
   auto left = row_of<lanes>(x, s.first - 1);
-  for (int i = 0; i < s.count; ++i, a += StencilRows<Real>::stride) {
+  for (int i = 0; i < s.count; ++i, a += WholeStencils<Real>::stride) {
     const auto rest =
         rounded(without_left<lanes>(a, b, x, s.first + i, s.up + i, s.down + i) * a[9]);
     left = rest - (a[3] * a[9]) * left;
@@ -35,7 +35,7 @@ inline void relax_segment(const Real* a, const StencilRun& s, const Real* b, Rea
 template <int lanes, class Real>
 inline void residual_of_segment(const Real* a, const StencilRun& s, const Real* b, const Real* x,
                                 Real* r) {
-  for (int i = 0; i < s.count; ++i, a += StencilRows<Real>::stride) {
+  for (int i = 0; i < s.count; ++i, a += WholeStencils<Real>::stride) {
     const int k = s.first + i;
     auto sum = without_left<lanes>(a, b, x, k, s.up + i, s.down + i);
     sum -= a[3] * row_of<lanes>(x, k - 1);
@@ -45,13 +45,13 @@ inline void residual_of_segment(const Real* a, const StencilRun& s, const Real* 
 }
 
 template <int lanes, class Real>
-inline void relax_row(const StencilRows<Real>& A, int row, const Real* b, Real* x) {
+inline void relax_row(const WholeStencils<Real>& A, int row, const Real* b, Real* x) {
   for (int s = A.rows[row]; s < A.rows[row + 1]; ++s)
     relax_segment<lanes>(A.values + A.starts[s], A.segments[s], b, x);
 }
 
 template <int lanes, class Real>
-inline void relax_rows(const StencilRows<Real>& A, int begin, int end, const Real* b, Real* x,
+inline void relax_rows(const WholeStencils<Real>& A, int begin, int end, const Real* b, Real* x,
                        int sweeps) {
   for (int front = begin; front < end + sweeps - 1; ++front)
     for (int sweep = 0; sweep < sweeps; ++sweep)
@@ -59,7 +59,7 @@ inline void relax_rows(const StencilRows<Real>& A, int begin, int end, const Rea
 }
 
 template <class Real>
-void relax(int lanes, const StencilRows<Real>& A, int begin, int end, const Real* b, Real* x,
+void relax(int lanes, const WholeStencils<Real>& A, int begin, int end, const Real* b, Real* x,
            int sweeps) {
   if (lanes == 1)
     relax_rows<1>(A, begin, end, b, x, sweeps);
@@ -68,7 +68,7 @@ void relax(int lanes, const StencilRows<Real>& A, int begin, int end, const Real
 }
 
 template <class Real>
-void relax_plainly(int lanes, const StencilRows<Real>& A, int begin, int end, const Real* b, Real* x,
+void relax_plainly(int lanes, const WholeStencils<Real>& A, int begin, int end, const Real* b, Real* x,
                    int sweeps) {
   for (int sweep = 0; sweep < sweeps; ++sweep)
     for (int row = begin; row < end; ++row)
@@ -79,7 +79,7 @@ void relax_plainly(int lanes, const StencilRows<Real>& A, int begin, int end, co
 }
 
 template <class Real>
-void residual(int lanes, const StencilRows<Real>& A, std::int64_t begin, std::int64_t end,
+void residual(int lanes, const WholeStencils<Real>& A, std::int64_t begin, std::int64_t end,
               const Real* b, const Real* x, Real* r) {
   for (std::int64_t s = begin; s < end; ++s)
     if (lanes == 1)

@@ -8,7 +8,7 @@ namespace mq {
 
 /// Stencil rows with 10 values each: the nine of the row as one reads them, then 1/a_4.
 template <class Real>
-struct StencilRows {
+struct WholeStencils {
   static constexpr int stride = 10;
 
   const StencilRun* segments;
@@ -37,12 +37,12 @@ template <class Real>
 struct RelaxationKernels {
   /// Sweeps over rows begin … end − 1: row r, then row r − 1 for the second time, r − 2 for the third,
   /// then row r + 1; or plainly, all rows once and then again.
-  void (*relax)(int lanes, const StencilRows<Real>& A, int begin, int end, const Real* b, Real* x,
+  void (*relax)(int lanes, const WholeStencils<Real>& A, int begin, int end, const Real* b, Real* x,
                 int sweeps);
-  void (*relax_plainly)(int lanes, const StencilRows<Real>& A, int begin, int end, const Real* b,
+  void (*relax_plainly)(int lanes, const WholeStencils<Real>& A, int begin, int end, const Real* b,
                         Real* x, int sweeps);
   /// r = b − A·x in segments begin … end − 1.
-  void (*residual)(int lanes, const StencilRows<Real>& A, std::int64_t begin, std::int64_t end,
+  void (*residual)(int lanes, const WholeStencils<Real>& A, std::int64_t begin, std::int64_t end,
                    const Real* b, const Real* x, Real* r);
   /// b − A·x in sparse rows: of row p to row to[p] of r or, where there is no `to`, to row p.
   void (*residual_of_sparse)(int lanes, const SparseRows<Real>& A, const Real* b, const Real* x,
