@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "equation.h"
+#include "mq/base/release.h"
 #include "mq/filter/denoise.h"
 #include "mq/linear/conjugate_gradients.h"
 #include "options/model_options.h"
@@ -64,7 +65,7 @@ Signal slightly_smoothed(const Noisy& noisy, double weight) {
   Signal change = Signal::Zero(B.rows(), B.cols());
   noisy.processes.talking([&] {
     const SharedMatrix matrix(A, noisy.processes, noisy.part, noisy.numbering);
-    A = {};
+    release(A);
     if (noisy.processes.largest(B.size() > 0 ? B.cwiseAbs().maxCoeff() : 0) == 0) return;
     conjugate_gradients(
         shared_system(matrix, noisy.processes), B, change,

@@ -11,6 +11,7 @@
 
 #include "equation.h"
 #include "mask.h"
+#include "mq/base/release.h"
 #include "mq/filter/halo_limit.h"
 #include "mq/filter/luminance.h"
 #include "options/mask_options.h"
@@ -76,7 +77,7 @@ Signal filtered_without_halos(const Wanted& wanted, const HaloOptions& options) 
   processes.talking([&] {
     const SharedUnknowns shared = shared_unknowns(processes, wanted.part, wanted.numbering);
     limit.emplace(couplings, wanted.values, options, shared, step.progress().step("ranges", 0.5));
-    couplings = {};
+    release(couplings);
     all = limit->of_detail(wanted.beta), texture = limit->of_texture(all);
   });
   if (!is_anywhere(processes, all != texture)) return filtered(wanted, all);

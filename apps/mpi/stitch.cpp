@@ -13,6 +13,7 @@
 
 #include "equation.h"
 #include "mq/base/error.h"
+#include "mq/base/release.h"
 #include "mq/base/words.h"
 #include "mq/filter/stitch.h"
 #include "mq/filter/weak_unknowns.h"
@@ -226,7 +227,7 @@ Exit stitch(Run& run) {
   const Signal raised = levels.gains().rows() > 0 ? levels.raised(before, labels) : before;
   const Signal B = weight * own_rows(*part, asked_change(*shared, S, raised, labels, options.text("borders")));
   const WeakUnknowns weak(S, diagonal.col(0), labels, part->own());
-  S = {};
+  release(S);
 
   const Signal change = SharedEquation(run, processes, shared->numbering, *part, weight).solve(B);
   const Signal after = bounded(*shared, weak, raised, change);

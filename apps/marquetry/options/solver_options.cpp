@@ -118,6 +118,7 @@ Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& s
     {
       const Step step(run, "prepare", shares.prepare);
       const bool first = attempts++ == 0;
+      if (!first && signal.texel_space()) signal.texel_space()->integrate_again();
       equation = run.kept && first
                      ? run.kept->equation(space, weight, solver_choice(run.options(), signal), factory, step)
                      : KeptWork::Equation{std::make_shared<const ScreenedPoisson>(space, weight, factory, step)};
@@ -125,6 +126,7 @@ Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& s
     const Step step(run, "solve", shares.solve);
     if (solution.before.size() == 0) solution.before = signal.values();
     solution.filtered = solve(*equation.of, solution.before, step);
+    if (solution.before.size() == 0) solution.before = signal.values();
     return solution.filtered.report;
   });
   if (run.kept) run.kept_equation = equation.kept;

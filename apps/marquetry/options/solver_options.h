@@ -41,8 +41,8 @@ struct Solution {
   Filtered filtered;
 };
 
-/// What to solve for once the solver stands: `equation.solve(...)` or `solve_towards(...)`.
-using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, const Signal& before,
+/// What to solve for once the solver stands: `equation.solve(...)` or `solve_towards(...)`. It may let go of `before`.
+using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, Signal& before,
                                             const Progress& progress)>;
 
 /// `solve_as_asked` of a screened Poisson equation on a space with the signal's unknowns, its own or one in which

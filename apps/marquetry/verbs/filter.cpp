@@ -127,15 +127,32 @@ std::optional<HaloLimit> halo_limit(const Run& run, const TexturedModel& scene, 
   return HaloLimit(target.space(), filtered_part(run, scene, values), halo, progress);
 }
 
-/// `space` is that of the equation.
-Filtered filtered_by_strength(const Run& run, const TexturedModel& scene, const SignalSpace& space,
-                              const ScreenedPoisson& equation, const Signal& before, const std::vector<double>& beta,
-                              const std::optional<HaloLimit>& limit, const Progress& progress) {
+/// Where no later run is to have the space, its integrals make room for the solver's vectors.
+void let_go_of_space(const Run& run, const ModelSignal& target) {
+  if (!run.kept && target.texel_space()) target.texel_space()->let_go_of_integrals();
+}
+
+/// `space` is that of the equation. While it solves it lets go of `before` where there is nothing else to keep that for.
+Filtered filtered_by_strength(const Run& run, const TexturedModel& scene, const ModelSignal& target,
+                              const SignalSpace& space, const ScreenedPoisson& equation, Signal& before,
+                              const std::vector<double>& beta, const std::optional<HaloLimit>& limit,
+                              const Progress& progress) {
+  const auto space_is_done = [&] { let_go_of_space(run, target); };
+  const bool of_luminance = by_luminance(run.options(), scene.model);
+  if (!limit && !of_luminance) {
+    Signal change = equation.gradient_change(before, beta);
+    space_is_done();
+    before = {};
+    Filtered found = equation.correction(std::move(change), progress);
+    before = target.values();
+    found.signal += before;
+    return found;
+  }
   const auto filtered = [&](const Signal& values) {
-    return limit ? solve_without_halos(equation, space, values, beta, *limit, progress)
+    return limit ? solve_without_halos(equation, space, values, beta, *limit, progress, space_is_done)
                  : equation.solve(values, beta, progress);
   };
-  if (!by_luminance(run.options(), scene.model)) return filtered(before);
+  if (!of_luminance) return filtered(before);
   const Signal Y = luminance(before);
   Filtered found = filtered(Y);
   found.signal = with_luminance(before, Y, found.signal);
@@ -191,12 +208,12 @@ Exit filter(Run& run) {
     const SignalSpace& space = along ? *along : target->space();
     solution = solve_poisson(
         run, *target, space, weight,
-        [&](const ScreenedPoisson& equation, const Signal& before, const Progress& progress) {
+        [&](const ScreenedPoisson& equation, Signal& before, const Progress& progress) {
           if (towards)
             return equation.solve_towards(
                 before, asked_gradient_moments(run, scene, *target, before, progress.step("field", 0.2)),
                 progress.step("solve", 0.8));
-          return filtered_by_strength(run, scene, space, equation, before, beta, limit, progress);
+          return filtered_by_strength(run, scene, *target, space, equation, before, beta, limit, progress);
         });
   });
   run.result.update(change_json(solution.before, solution.filtered.signal, value_space(run.options()).space));

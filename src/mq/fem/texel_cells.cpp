@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "mq/base/parallel.h"
+#include "mq/base/release.h"
 
 namespace mq {
 
@@ -381,8 +382,8 @@ void join_bands(std::vector<Band>& bands, int triangles, const TexelGrid& grid, 
           cells.info[next] = band.info[kind - triangles];
           kind = triangles + int(next++);
         }
-        band.cut = {};
-        band.info = {};
+        release(band.cut);
+        release(band.info);
       },
       1);
 }

@@ -54,6 +54,7 @@ SurfaceScale TexelSpace::scale() const {
 
 Vector TexelSpace::lumped_mass() const {
   const Data& d = *data_;
+  d.require_integrals();
   Vector mass = Vector::Zero(size());
   parallel_for(size(), [&](std::int64_t i) {
     d.for_each_coupling(int(i), {}, [&](int, double m, double) { mass[i] += m; });

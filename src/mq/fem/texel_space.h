@@ -163,6 +163,12 @@ class TexelSpace : public SignalSpace {
   void for_each_mixed_element(std::span<const int> labels,
                               const std::function<void(const Element&)>& visit) const override;
 
+  /// Lets go of what matrices and products with them are made of, a fifth of the memory that a filter takes, once the
+  /// last of them is made: until `integrate_again` they throw `InvalidInput`. Nothing is let go of where seams are soft.
+  /// Neither of the two may be called while others use the space.
+  void let_go_of_integrals() const;
+  void integrate_again() const;
+
   /// Bytes held between calls.
   std::int64_t bytes() const;
 

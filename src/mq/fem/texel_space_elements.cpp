@@ -45,6 +45,7 @@ int TexelSpace::element_count() const {
 }
 
 std::vector<float> TexelSpace::gradient_norms(const Signal& psi) const {
+  data_->require_integrals();
   require(psi.rows() == size(), "one row per texel is needed");
   const Data& d = *data_;
   std::vector<float> norms(element_count(), 0.0F);
@@ -82,6 +83,7 @@ std::vector<float> TexelSpace::gradient_norms(const Signal& psi) const {
 
 void TexelSpace::for_each_summand(
     double a, double b, const std::function<void(std::span<const int>, std::span<const double>)>& visit) const {
+  data_->require_integrals();
   const Data& d = *data_;
   for (int k = 0; k < d.grid.texture_count(); ++k) {
     const int width = d.grid.texture(k).width + 1, first = d.grid.first_cell(k);
@@ -142,6 +144,7 @@ std::vector<int> TexelSpace::first_texels() const {
 }
 
 Vector TexelSpace::means_around(std::span<const float> elements) const {
+  data_->require_integrals();
   require(std::ssize(elements) == element_count(), "one value per element is needed");
   const Data& d = *data_;
   Vector means(size());
@@ -174,6 +177,7 @@ Vector TexelSpace::means_around(std::span<const float> elements) const {
 
 /// From the matrices of a cell: x and y are bilinear, and ∫ √|g| ⟨∇x, ∇y⟩ says the mean of b.
 std::vector<TexelSpace::CellMetric> TexelSpace::cell_metrics() const {
+  data_->require_integrals();
   const Data& d = *data_;
   std::vector<CellMetric> metrics(d.grid.cell_count());
   d.for_each_grid_cell([&](int id, const std::array<int, 4>&) {
@@ -212,6 +216,7 @@ Signal TexelSpace::weighted_stiffness_times(const Signal& psi,
 
 void TexelSpace::for_each_mixed_element(std::span<const int> labels,
                                         const std::function<void(const Element&)>& visit) const {
+  data_->require_integrals();
   require(std::ssize(labels) == size(), "one label per texel is needed");
   const Data& d = *data_;
   for (int k = 0; k < d.grid.texture_count(); ++k) {

@@ -207,6 +207,7 @@ std::vector<int> TexelSpace::Data::row_starts() const {
 
 SparseMatrix TexelSpace::Data::assemble(double a, double b, std::span<const float> conductivity,
                                         const Progress& progress) const {
+  require_integrals();
   // How long a row at a seam is, its terms tell: these are found before the others, and kept.
   constexpr std::int64_t block_rows = 4096;
   const std::int64_t n = texels.size();
@@ -365,6 +366,7 @@ SparseMatrix TexelSpace::regularised_system(double a, double b, const Progress& 
 
 std::optional<StencilSystem> TexelSpace::stencil_system(double a, double b, const Progress& progress) const {
   const Data& d = *data_;
+  d.require_integrals();
   StencilLayout layout = make_layout(d.texels, [&](int k) { return d.stencil_middles(k); });
   std::unique_ptr<SparseMatrix> irregular = d.irregular_rows(a, b, layout, progress);
   SparseMatrix& others = *irregular;

@@ -10,6 +10,7 @@
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
 #include "mq/base/parallel.h"
+#include "mq/base/release.h"
 #include "mq/fem/detail/texel_space_data.h"
 
 namespace mq {
@@ -39,12 +40,39 @@ void TexelSpace::Data::integrate(const TexelSpaceOptions& options, const Progres
   progress.step("find seams", 0.1).at(1);
   const bool soft = options.seams == TexelSpaceOptions::Seams::soft;
   require(marked.empty() || std::ssize(marked) == grid.cell_count(), "one mark per cell is needed");
-  cells = integrate_cells(surface, atlas, metrics, grid, seams.get(), soft ? nullptr : near.get(),
-                          marked, progress.step("cut and integrate", 0.6));
-  if (soft) {
-    add_soft_seams(options.seam_penalty);
-    near.reset();
-  }
+  if (soft) near.reset();
+  cells = cells_with_integrals(progress.step("cut and integrate", 0.6));
+  if (soft) add_soft_seams(options.seam_penalty);
+}
+
+TexelCells TexelSpace::Data::cells_with_integrals(const Progress& progress) const {
+  return integrate_cells(surface, atlas, metrics, grid, seams.get(), near.get(), marked, progress);
+}
+
+void TexelSpace::Data::require_integrals() const {
+  require(integrated, "the integrals of this space were let go of; integrate again");
+}
+
+void TexelSpace::let_go_of_integrals() const {
+  Data& d = *data_;
+  if (!d.near) return;
+  d.integrated = false;
+  release(d.cells.cut);
+  release(d.cells.whole);
+  release(d.cells.seams.mass);
+  release(d.cells.seams.stiffness);
+}
+
+/// Which texels seam blocks couple is kept, by their unknowns.
+void TexelSpace::integrate_again() const {
+  Data& d = *data_;
+  if (d.integrated) return;
+  TexelCells again = d.cells_with_integrals({});
+  d.cells.cut = std::move(again.cut);
+  d.cells.whole = std::move(again.whole);
+  d.cells.seams.mass = std::move(again.seams.mass);
+  d.cells.seams.stiffness = std::move(again.seams.stiffness);
+  d.integrated = true;
 }
 
 /// Given metrics: pieces next to seams are summed as squares, which takes the determinant for 1.
@@ -316,7 +344,7 @@ void TexelSpace::Data::list_defects() {
     if (shared[i])
       several.push_back(
           grid.texel(texels.places[i].texture, texels.places[i].x, texels.places[i].y));
-  shared = {};
+  release(shared);
   const auto add = [&](const char* kind, std::vector<std::int64_t> all, const char* message, const char* brief) {
     add_defect(defects, kind, Defect::Severity::warning, "texel", all, message, brief);
     if (!all.empty()) list_places(grid, std::move(all), defects.back());

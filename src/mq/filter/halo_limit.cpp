@@ -179,32 +179,44 @@ struct ChangedTwice {
   SolveReport report;  ///< of the second, or of both
 };
 
-/// ψ with its gradients changed by two modulations. A single channel wants no more time for both side by side; several
-/// want as much, and a fifth more memory than one after the other.
-ChangedTwice changed_twice(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
-                           std::span<const double> one, std::span<const double> other, const Progress& progress) {
+/// ψ with its gradients changed in two ways. A single channel wants no more time for both side by side; several want as
+/// much, and a fifth more memory than one after the other.
+ChangedTwice changed_twice(const ScreenedPoisson& equation, const Signal& psi, Signal one, Signal other,
+                           const Progress& progress) {
   if (psi.cols() == 1) {
     Signal twice(psi.rows(), 2), changes(psi.rows(), 2);
     twice << psi, psi;
-    changes << space.stiffness_times(psi, one), space.stiffness_times(psi, other);
+    changes << one, other;
     Filtered found = equation.solve_change(twice, changes, progress);
     return {found.signal.leftCols(1), found.signal.rightCols(1), std::move(found.report)};
   }
-  Signal first = equation.solve_change(psi, space.stiffness_times(psi, one), progress.step("solve", 0.5)).signal;
-  Filtered second = equation.solve_change(psi, space.stiffness_times(psi, other), progress.step("solve", 0.5));
+  Signal first = equation.correction(std::move(one), progress.step("solve", 0.5)).signal;
+  Filtered second = equation.correction(std::move(other), progress.step("solve", 0.5));
+  first += psi, second.signal += psi;
   return {std::move(first), std::move(second.signal), std::move(second.report)};
 }
 
 }  // namespace
 
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
-                             std::span<const double> beta, const HaloLimit& limit, const Progress& progress) {
-  if (!sharpens(beta)) return equation.solve(psi, beta, progress);
-  std::vector<double> all = limit.of_detail(beta), of_texture = limit.of_texture(all);
-  if (of_texture == all) return equation.solve(psi, all, progress);
+                             std::span<const double> beta, const HaloLimit& limit, const Progress& progress,
+                             const std::function<void()>& space_is_done) {
+  std::vector<double> all(beta.begin(), beta.end()), of_texture = all;
+  if (sharpens(beta)) all = limit.of_detail(beta), of_texture = limit.of_texture(all);
+  const auto space_done = [&] {
+    if (space_is_done) space_is_done();
+  };
+  if (of_texture == all) {
+    Signal change = equation.gradient_change(psi, all);
+    space_done();
+    return equation.solve_change(psi, change, progress);
+  }
   for (std::vector<double>* change : {&all, &of_texture})
     for (double& b : *change) b -= 1;
-  auto [by_all, by_texture, report] = changed_twice(equation, space, psi, all, of_texture, progress);
+  Signal change = space.stiffness_times(psi, all), change_of_texture = space.stiffness_times(psi, of_texture);
+  space_done();
+  auto [by_all, by_texture, report] =
+      changed_twice(equation, psi, std::move(change), std::move(change_of_texture), progress);
   parallel_for(psi.rows(), [&](std::int64_t i) {
     for (int c = 0; c < psi.cols(); ++c) {
       const double was = psi(i, c);

@@ -9,6 +9,7 @@
 /// with a base that keeps edges; to hold sharpened values to the least and the greatest around them is usual in
 /// video. Here neighbours are those of the space, across seams too.
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -97,9 +98,11 @@ class HaloLimit {
 /// φ that for β, of which the threshold takes what it takes first, it is limited(ψ + φ − φ_t) + φ_t − ψ. Where β is nowhere
 /// above 1, or the contrast of ψ nowhere above half of the given one and there is no threshold, it is φ, bit for bit.
 /// Where gradients are strong or none it leaves the range of ψ around it by less than the fraction. The mean is not kept.
-/// `space` is that of the equation, `limit` that of ψ. Costs two solutions.
+/// `space` is that of the equation, `limit` that of ψ; `space_is_done`, if there is one, is called where the space is not
+/// asked for any more, before anything is solved. Costs two solutions.
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
-                             std::span<const double> beta, const HaloLimit& limit, const Progress& progress = {});
+                             std::span<const double> beta, const HaloLimit& limit, const Progress& progress = {},
+                             const std::function<void()>& space_is_done = {});
 
 /// The same, with a limit of its own.
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,

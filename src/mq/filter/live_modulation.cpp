@@ -17,6 +17,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/base/release.h"
 #include "mq/fem/point_bins.h"
 #include "mq/fem/texel_hierarchy.h"
 #include "mq/fem/vertex_hierarchy.h"
@@ -75,7 +76,7 @@ struct LiveModulation::Data {
         r(b),
         phi(start()),
         rows(size()) {
-    system.places = {};
+    release(system.places);
   }
 
   int size() const { return int(A.rows()); }

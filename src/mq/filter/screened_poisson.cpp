@@ -157,43 +157,57 @@ double ScreenedPoisson::prepare(SparseMatrix& A, const Progress& progress) {
   return shift;
 }
 
-Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
-                                  const Progress& progress) const {
-  if (gradient_change.isZero(0) || weight_ == 0) return {psi, nothing_to_solve()};
+Filtered ScreenedPoisson::correction(Signal gradient_change, const Progress& progress) const {
+  Signal correction = Signal::Zero(gradient_change.rows(), gradient_change.cols());
+  if (gradient_change.isZero(0) || weight_ == 0) return {std::move(correction), nothing_to_solve()};
   if (std::isfinite(weight_)) gradient_change *= weight_;
-  Signal correction = Signal::Zero(psi.rows(), psi.cols());
   SolveReport report = solver_->solve(gradient_change, correction, progress);
   components_.remove_means(correction);
   if (shift_ > 0) report.method += fmt::format(", diagonal raised by {:g} of itself", shift_);
-  correction += psi;
   return {std::move(correction), std::move(report)};
+}
+
+/// ψ itself, bit for bit, where nothing is to change.
+Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
+                                  const Progress& progress) const {
+  if (gradient_change.isZero(0) || weight_ == 0) return {psi, nothing_to_solve()};
+  Filtered found = correction(std::move(gradient_change), progress);
+  found.signal += psi;
+  return found;
 }
 
 Filtered ScreenedPoisson::solve(const Signal& psi, double beta, const Progress& progress) const {
   require(std::isfinite(beta), fmt::format("beta is {}; it must be finite", beta));
   require_finite(psi, space_.size(), "the signal");
-  if (beta == 1) return correct(psi, Signal::Zero(psi.rows(), psi.cols()), progress);
-  Signal change = space_.stiffness_times(psi);
-  change *= beta - 1;
-  return correct(psi, std::move(change), progress);
+  return correct(psi, change_everywhere(psi, beta), progress);
 }
 
 Filtered ScreenedPoisson::solve(const Signal& psi, std::span<const double> beta,
                                 const Progress& progress) const {
+  return correct(psi, gradient_change(psi, beta), progress);
+}
+
+Signal ScreenedPoisson::change_everywhere(const Signal& psi, double beta) const {
+  if (beta == 1) return Signal::Zero(psi.rows(), psi.cols());
+  Signal change = space_.stiffness_times(psi);
+  change *= beta - 1;
+  return change;
+}
+
+Signal ScreenedPoisson::gradient_change(const Signal& psi, std::span<const double> beta) const {
   require_finite(psi, space_.size(), "the signal");
   require(beta.size() == std::size_t(space_.size()),
           fmt::format("a modulation of {} values was given for {} unknowns", beta.size(),
                       space_.size()));
-  if (!beta.empty() && std::ranges::all_of(beta, [&](double b) { return b == beta.front(); }))
-    return solve(psi, beta.front(), progress);
-  std::vector<double> change(beta.begin(), beta.end());
-  for (std::size_t i = 0; i < change.size(); ++i) {
-    if (!std::isfinite(change[i]))
+  for (std::size_t i = 0; i < beta.size(); ++i)
+    if (!std::isfinite(beta[i]))
       throw InvalidInput(
-          fmt::format("the modulation is {} at unknown {}; it must be finite", change[i], i));
-    change[i] -= 1;
-  }
-  return correct(psi, space_.stiffness_times(psi, change), progress);
+          fmt::format("the modulation is {} at unknown {}; it must be finite", beta[i], i));
+  if (!beta.empty() && std::ranges::all_of(beta, [&](double b) { return b == beta.front(); }))
+    return change_everywhere(psi, beta.front());
+  std::vector<double> change(beta.begin(), beta.end());
+  for (double& b : change) b -= 1;
+  return space_.stiffness_times(psi, change);
 }
 
 Filtered ScreenedPoisson::solve_towards(const Signal& psi, const Signal& gradient_moments,

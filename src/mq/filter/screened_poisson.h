@@ -83,6 +83,11 @@ class ScreenedPoisson {
   Filtered solve(const Signal& psi, std::span<const double> beta,
                  const Progress& progress = {}) const;
 
+  /// The same in two steps: the moments of (β − 1)·∇ψ, and then φ − ψ for those of any change, so that what only the first
+  /// step needs may go between. Where the change is 0 altogether so is φ − ψ.
+  Signal gradient_change(const Signal& psi, std::span<const double> beta) const;
+  Filtered correction(Signal gradient_change, const Progress& progress = {}) const;
+
   /// φ for any target gradient X, given by its moments ∫ ⟨X, ∇φ_i⟩ dA, size() × channels.
   Filtered solve_towards(const Signal& psi, const Signal& gradient_moments,
                          const Progress& progress = {}) const;
@@ -106,6 +111,7 @@ class ScreenedPoisson {
   Vector screened_mass() const;
   double prepare(SparseMatrix& A, const Progress& progress);
   bool prepare_stencils(double weight, const Progress& assembling, const Progress& progress);
+  Signal change_everywhere(const Signal& psi, double beta) const;
   Filtered correct(const Signal& psi, Signal gradient_change, const Progress& progress) const;
 
   const SignalSpace& space_;

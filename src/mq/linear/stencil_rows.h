@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "mq/base/release.h"
 #include "mq/linear/matrix.h"
 #include "mq/linear/stencil_layout.h"
 
@@ -62,7 +63,7 @@ class StencilRows {
   }
 
   /// Lets go of the values of one coupling in all rows.
-  void drop(Coupling coupling) { values_[std::size_t(coupling)] = {}; }
+  void drop(Coupling coupling) { release(values_[std::size_t(coupling)]); }
 
   /// All rows compressed.
   SparseMatrix matrix(const StencilLayout& layout) const;

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "mq/base/release.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/detail/surface_graph.h"
 #include "mq/linear/mixed_cg.h"
@@ -45,7 +46,7 @@ class Hierarchy {
   void keep_cycle_only() {
     low_ = {};
     components_ = {};
-    coarsest_component_ = {};
+    release(coarsest_component_);
   }
 
   const MultigridOptions& options() const { return options_; }

@@ -90,6 +90,7 @@ struct TexelSpace::Data {
   };
   std::vector<Weak> weak;  ///< unknowns that hardly any point of the surface shows
   Defects defects;
+  bool integrated = true;  ///< whether `cells` has its integrals
 
   Data(const Surface& s, const Atlas& a) : surface(s), atlas(a), grid(a.textures) {}
 
@@ -110,6 +111,8 @@ struct TexelSpace::Data {
 
   // Set-up, in this order.
   void integrate(const TexelSpaceOptions& options, const Progress& progress);
+  TexelCells cells_with_integrals(const Progress& progress) const;
+  void require_integrals() const;
   void require_metrics() const;
   void add_soft_seams(double penalty);
   void number_texels();
@@ -326,6 +329,7 @@ OverwrittenVector<double> TexelSpace::Data::block_products(const Group& group, c
 template <class OfCell, class OfBlock>
 Signal TexelSpace::Data::stiffness_product(std::span<const int> rows, const Signal& psi,
                                            const OfCell& of_cell, const OfBlock& of_block) const {
+  require_integrals();
   const std::int64_t count = rows.empty() ? psi.rows() : std::ssize(rows);
   Signal result(count, psi.cols());
   for_channel_groups(psi, [&]<int channels>(const ChannelGroup<channels>& group) {
