@@ -271,5 +271,21 @@ TEST(TexelFilter, KeepsTheMeanHoweverLargeTheWeight) {
   }
 }
 
+TEST(TexelFilter, IsTheSameInTwoStepsBetweenWhichTheSpaceLetsGo) {
+  const fixtures::Cut cut = fixtures::cut("turned", fixtures::turned(fixtures::odd_angle), {160, 160});
+  const TexelSpace space(cut.model->surface, cut.model->atlas);
+  const Signal psi = test::random_signal(space.size(), 3);
+  std::vector<double> beta(std::size_t(space.size()), 2.0);
+  for (const bool even : {true, false}) {
+    if (!even) beta.front() = 0.5;
+    const ScreenedPoisson equation(space, 1e-3, space.multigrid());
+    const Signal expected = equation.solve(psi, beta).signal;
+    Signal change = equation.gradient_change(psi, beta);
+    space.let_go_of_integrals();
+    EXPECT_EQ(Signal(equation.correction(std::move(change)).signal + psi), expected);
+    space.integrate_again();
+  }
+}
+
 }  // namespace
 }  // namespace mq
