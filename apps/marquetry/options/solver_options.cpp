@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "mq/base/error.h"
+#include "mq/base/parallel.h"
 #include "mq/baseline/reference_solver.h"
 #include "mq/model/kept_work.h"
 
@@ -139,19 +140,45 @@ void report_solve_at_seams(Run& run, const SolveReport& report) {
     run.terminal().warning(reached(report) + ": seams may be left where a lower --weight has none");
 }
 
+namespace {
+
+struct ValueChanges {
+  double squares = 0, largest = 0;
+  std::int64_t below = 0, above = 0;
+
+  friend ValueChanges operator+(const ValueChanges& a, const ValueChanges& b) {
+    return {a.squares + b.squares, std::max(a.largest, b.largest), a.below + b.below, a.above + b.above};
+  }
+};
+
+ValueChanges value_changes(const double* before, const double* after, std::int64_t count, double white) {
+  ValueChanges found;
+  for (std::int64_t i = 0; i < count; ++i) {
+    const double change = std::abs(after[i] - before[i]);
+    found.squares += change * change;
+    found.largest = std::max(found.largest, change);
+    found.below += after[i] < 0;
+    found.above += after[i] > white;
+  }
+  return found;
+}
+
+}  // namespace
+
 Json change_json(const Signal& before, const Signal& after, ColourSpace space) {
   // Neither curve moves 0, and light's has 1 where display values have it.
   const double white = space == ColourSpace::log ? log_from_linear(1) : 1;
-  const Signal change = after - before;
-  const double count = double(std::max<Eigen::Index>(1, change.size()));
-  const auto below = (after.array() < 0).count(), above = (after.array() > white).count();
+  const ValueChanges found = parallel_sum(after.size(), ValueChanges{}, [&](std::int64_t begin, std::int64_t end) {
+    return value_changes(before.data() + begin, after.data() + begin, end - begin, white);
+  });
+  const double count = double(std::max<Eigen::Index>(1, after.size()));
   return {{"unknowns", before.rows()},
           {"channels", before.cols()},
-          {"rms_change", std::sqrt(change.squaredNorm() / count)},
-          {"largest_change", change.size() ? change.cwiseAbs().maxCoeff() : 0.0},
-          {"below_0", below},
-          {"above_1", above},
-          {"beyond_percent", 100 * double(below + above) / count}};
+          {"rms_change", std::sqrt(found.squares / count)},
+          {"largest_change", found.largest},
+          {"below_0", found.below},
+          {"above_1", found.above},
+          {"beyond_percent", 100 * double(found.below + found.above) / count}};
 }
 
 Json solve_json(const SolveReport& report) {

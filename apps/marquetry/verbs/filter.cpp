@@ -21,6 +21,7 @@
 #include "mq/filter/halo_limit.h"
 #include "mq/filter/luminance.h"
 #include "mq/filter/modulation.h"
+#include "mq/linear/signal_values.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/run.h"
@@ -145,7 +146,7 @@ Filtered filtered_by_strength(const Run& run, const TexturedModel& scene, const 
     before = {};
     Filtered found = equation.correction(std::move(change), progress);
     before = target.values();
-    found.signal += before;
+    add(before, found.signal);
     return found;
   }
   const auto filtered = [&](const Signal& values) {

@@ -140,13 +140,19 @@ void link_children(const Texels& texels, const FineRows& fine, const GridRow& ro
 std::vector<GridStep> coarsening_steps(const Texels& texels, const StencilLayout& layout,
                                        double max_ratio) {
   const int charts = texels.chart_count();
-  std::vector<double> along_x(charts, 0), along_y(charts, 0);
-  for (const StencilRun& run : layout.runs) {
-    const int chart = texels.chart[run.first];
+  std::vector<std::array<double, 2>> of_run(layout.runs.size());
+  parallel_for(std::ssize(of_run), [&](std::int64_t r) {
+    const StencilRun& run = layout.runs[r];
     for (int i = 0; i < run.count; ++i) {
-      along_x[chart] += texels.distance(run.first + i, run.first + i + 1);
-      along_y[chart] += texels.distance(run.first + i, run.down + i);
+      of_run[r][0] += texels.distance(run.first + i, run.first + i + 1);
+      of_run[r][1] += texels.distance(run.first + i, run.down + i);
     }
+  }, 64);
+  std::vector<double> along_x(charts, 0), along_y(charts, 0);
+  for (std::size_t r = 0; r < of_run.size(); ++r) {
+    const int chart = texels.chart[layout.runs[r].first];
+    along_x[chart] += of_run[r][0];
+    along_y[chart] += of_run[r][1];
   }
   std::vector<GridStep> steps(charts);
   for (int c = 0; c < charts; ++c) {

@@ -13,6 +13,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/linear/signal_values.h"
 
 namespace mq {
 
@@ -192,7 +193,7 @@ ChangedTwice changed_twice(const ScreenedPoisson& equation, const Signal& psi, S
   }
   Signal first = equation.correction(std::move(one), progress.step("solve", 0.5)).signal;
   Filtered second = equation.correction(std::move(other), progress.step("solve", 0.5));
-  first += psi, second.signal += psi;
+  add(psi, first), add(psi, second.signal);
   return {std::move(first), std::move(second.signal), std::move(second.report)};
 }
 

@@ -13,6 +13,7 @@
 #include "mq/base/error.h"
 #include "mq/filter/vanishing_screen.h"
 #include "mq/linear/connected_components.h"
+#include "mq/linear/signal_values.h"
 
 namespace mq {
 
@@ -36,7 +37,7 @@ Vector vanishing(const SparseMatrix& A, const std::vector<int>& component, Vecto
 void require_finite(const Signal& signal, int rows, const char* what) {
   require(signal.rows() == rows,
           fmt::format("{} has {} rows, and the space has {} unknowns", what, signal.rows(), rows));
-  if (signal.allFinite()) return;
+  if (is_finite(signal)) return;
   for (Eigen::Index i = 0; i < signal.rows(); ++i)
     for (Eigen::Index c = 0; c < signal.cols(); ++c)
       require(std::isfinite(signal(i, c)),
@@ -158,9 +159,9 @@ double ScreenedPoisson::prepare(SparseMatrix& A, const Progress& progress) {
 }
 
 Filtered ScreenedPoisson::correction(Signal gradient_change, const Progress& progress) const {
-  Signal correction = Signal::Zero(gradient_change.rows(), gradient_change.cols());
-  if (gradient_change.isZero(0) || weight_ == 0) return {std::move(correction), nothing_to_solve()};
-  if (std::isfinite(weight_)) gradient_change *= weight_;
+  Signal correction = zero_signal(gradient_change.rows(), gradient_change.cols());
+  if (is_zero(gradient_change) || weight_ == 0) return {std::move(correction), nothing_to_solve()};
+  if (std::isfinite(weight_)) scale(weight_, gradient_change);
   SolveReport report = solver_->solve(gradient_change, correction, progress);
   components_.remove_means(correction);
   if (shift_ > 0) report.method += fmt::format(", diagonal raised by {:g} of itself", shift_);
@@ -170,9 +171,9 @@ Filtered ScreenedPoisson::correction(Signal gradient_change, const Progress& pro
 /// ψ itself, bit for bit, where nothing is to change.
 Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
                                   const Progress& progress) const {
-  if (gradient_change.isZero(0) || weight_ == 0) return {psi, nothing_to_solve()};
+  if (is_zero(gradient_change) || weight_ == 0) return {psi, nothing_to_solve()};
   Filtered found = correction(std::move(gradient_change), progress);
-  found.signal += psi;
+  add(psi, found.signal);
   return found;
 }
 
@@ -190,7 +191,7 @@ Filtered ScreenedPoisson::solve(const Signal& psi, std::span<const double> beta,
 Signal ScreenedPoisson::change_everywhere(const Signal& psi, double beta) const {
   if (beta == 1) return Signal::Zero(psi.rows(), psi.cols());
   Signal change = space_.stiffness_times(psi);
-  change *= beta - 1;
+  scale(beta - 1, change);
   return change;
 }
 

@@ -1,9 +1,10 @@
 #pragma once
 /// Vectors of a few floats per unknown, laid out for kernels that serve all channels at once.
 
-#include <cstring>
 #include <memory>
 #include <new>
+
+#include "mq/base/parallel_values.h"
 
 namespace mq {
 
@@ -26,7 +27,7 @@ class LaneVector {
   int lanes() const { return lanes_; }
 
   void clear() {
-    if (values_) std::memset(values_.get(), 0, sizeof(float) * (size_ + 2 * margin));
+    if (values_) parallel_fill(values_.get(), size_ + 2 * margin, 0.0F);
   }
 
  private:

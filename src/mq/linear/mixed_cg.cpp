@@ -20,6 +20,7 @@
 
 #include "mq/linear/detail/scaled_vectors.h"
 #include "mq/linear/detail/true_residual.h"
+#include "mq/base/parallel_values.h"
 #include "mq/linear/error_estimate.h"
 
 namespace mq {
@@ -35,7 +36,9 @@ constexpr double renew_below = 1e-3;  // digits a residual in single precision m
 
 /// Whether columns first … first + channels − 1 of X are all 0.
 bool is_zero(const Signal& X, int first, int channels) {
-  return X.middleCols(first, channels).isZero(0);
+  return parallel_all(X.rows(), [&](std::int64_t begin, std::int64_t end) {
+    return X.block(begin, first, end - begin, channels).isZero(0);
+  });
 }
 
 /// The conjugate gradients of up to four channels.

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "mq/base/parallel.h"
+#include "mq/base/parallel_values.h"
 
 namespace mq {
 
@@ -18,7 +19,10 @@ std::vector<int> runs_of_rows(const StencilLayout& layout) {
 void StencilRows::make_room(const StencilLayout& layout) {
   has_stencils_ = !layout.runs.empty();
   if (!has_stencils_) return;
-  for (auto& values : values_) values.assign(std::size_t(layout.rows) + 2 * margin, 0.0);
+  for (auto& values : values_) {
+    values.resize(std::size_t(layout.rows) + 2 * margin);
+    parallel_fill(values.data(), std::ssize(values), 0.0);
+  }
 }
 
 /// A row's own values on and after the diagonal, and before it those of neighbours that are no stencils.

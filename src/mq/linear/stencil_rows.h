@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "mq/base/overwritten.h"
 #include "mq/base/release.h"
 #include "mq/linear/matrix.h"
 #include "mq/linear/stencil_layout.h"
@@ -74,7 +75,7 @@ class StencilRows {
 
   std::unique_ptr<SparseMatrix> own_;
   const SparseMatrix* listed_;
-  std::vector<double> values_[5];
+  OverwrittenVector<double> values_[5];
   std::int64_t entries_ = 0;
   bool has_stencils_ = false;
 };

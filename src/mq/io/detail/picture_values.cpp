@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/base/parallel_values.h"
 #include "mq/base/words.h"
 #include "mq/io/picture_check.h"
 
@@ -33,8 +35,13 @@ const char* words_for(Depth depth) {
 
 void check_finite(const std::string& name, const Image<float>& pixels, std::size_t begin,
                   std::size_t end, const char* remedy) {
-  for (std::size_t i = begin; i < end; ++i)
-    if (!std::isfinite(pixels.values()[i])) fail_not_finite(name, pixels, i, remedy);
+  const auto values = pixels.values().subspan(begin, end - begin);
+  const auto finite = [](float value) { return std::isfinite(value); };
+  if (parallel_all(std::ssize(values), [&](std::int64_t first, std::int64_t last) {
+        return std::all_of(values.begin() + first, values.begin() + last, finite);
+      }))
+    return;
+  fail_not_finite(name, pixels, begin + std::size_t(std::ranges::find_if_not(values, finite) - values.begin()), remedy);
 }
 
 void check_writable(const Texture& texture, const std::string& name, const FileFormat& format) {

@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "mq/base/error.h"
+#include "mq/base/parallel.h"
 #include "mq/io/detail/picture_values.h"
 
 namespace mq {
@@ -22,7 +23,7 @@ namespace {
 using Byte = std::uint8_t;
 
 constexpr std::string_view signature("\x89PNG\r\n\x1a\n", 8);
-constexpr int rows_per_report = 256;
+constexpr int rows_at_once = 256;  // are turned into values or bytes, between reports
 constexpr std::size_t most_expansion = 1032;  // bytes that deflate makes of one
 constexpr int compression = 4;  // in less than half the time of the usual 6; files are 1.5 % larger
 
@@ -280,15 +281,18 @@ std::optional<Texture> read_plain_png(std::span<const std::byte> bytes, const Pr
   texture.format = {head->depth(), "png", nullptr};
   texture.pixels = Image<float>(head->width, head->height, head->channels);
   const std::size_t row_values = std::size_t(head->width) * head->channels;
-  std::vector<Byte> row(head->row_bytes());
+  std::vector<Byte> rows(head->row_bytes() * std::size_t(std::min(rows_at_once, head->height)));
   PngReader reader(bytes);
   if (!reader.begin()) return {};
-  for (int y = 0; y < head->height; ++y) {
-    if (!reader.read(row.data())) return {};
-    to_floats(row.data(), head->value_bytes,
-              texture.pixels.values().subspan(row_values * y, row_values));
-    if ((y + 1) % rows_per_report == 0 || y + 1 == head->height)
-      progress.at(double(y + 1) / head->height);
+  for (int first = 0; first < head->height; first += rows_at_once) {
+    const int count = std::min(rows_at_once, head->height - first);
+    for (int i = 0; i < count; ++i)
+      if (!reader.read(rows.data() + head->row_bytes() * std::size_t(i))) return {};
+    parallel_for(count, [&](std::int64_t i) {
+      to_floats(rows.data() + head->row_bytes() * std::size_t(i), head->value_bytes,
+                texture.pixels.values().subspan(row_values * std::size_t(first + i), row_values));
+    }, 16);
+    progress.at(double(first + count) / head->height);
   }
   if (!reader.end()) return {};
   return texture;
@@ -308,15 +312,21 @@ EncodedPicture plain_png_bytes(const Texture& texture, const std::string& name,
   EncodedPicture encoded;
   PngWriter writer(encoded.bytes);
   writer.begin(pixels.width(), pixels.height(), channels, value_bytes, strategy_for(pixels, value_bytes));
-  std::vector<Byte> row(row_values * value_bytes);
-  std::vector<std::byte> stored;
+  const std::size_t row_bytes = row_values * value_bytes;
+  std::vector<Byte> rows(row_bytes * std::size_t(std::min(rows_at_once, pixels.height())));
   std::int64_t clamped = 0;
-  for (int y = 0; y < pixels.height(); ++y) {
-    clamped += to_bytes(pixels.values().subspan(row_values * y, row_values), value_bytes, stored,
-                        row.data());
-    writer.write(row.data());
-    if ((y + 1) % rows_per_report == 0 || y + 1 == pixels.height())
-      progress.at(double(y + 1) / pixels.height());
+  for (int first = 0; first < pixels.height(); first += rows_at_once) {
+    const int count = std::min(rows_at_once, pixels.height() - first);
+    clamped += parallel_sum(count, std::int64_t(0), [&](std::int64_t begin, std::int64_t end) {
+      std::vector<std::byte> stored;
+      std::int64_t sum = 0;
+      for (std::int64_t i = begin; i < end; ++i)
+        sum += to_bytes(pixels.values().subspan(row_values * std::size_t(first + i), row_values), value_bytes, stored,
+                        rows.data() + row_bytes * std::size_t(i));
+      return sum;
+    }, 16);
+    for (int i = 0; i < count; ++i) writer.write(rows.data() + row_bytes * std::size_t(i));
+    progress.at(double(first + count) / pixels.height());
   }
   writer.end();
   encoded.notes = notes_on(name, texture, format, depth, clamped, false);
