@@ -16,7 +16,6 @@ namespace mq {
 /// What is known, and the charts that are planned for it.
 struct RollingAtlas::Plan {
   int first_period = 0;  // of the film; the first of the window
-  int known = 0;         // frames of the film up to here
   EvolvingMesh window;
   std::vector<Period> periods;
   NeighbourGraph graph;
