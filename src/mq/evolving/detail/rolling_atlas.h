@@ -97,6 +97,7 @@ class RollingAtlas {
 
   void plan_whole(const Progress& progress);
   void plan_now(Past past, const Progress& progress);
+  NeighbourGraph without_large(const NeighbourGraph& graph) const;
   std::vector<double> expected_lives(const NeighbourGraph& graph, int known);
   void set_plan(std::unique_ptr<Plan> plan);
   void pack_all(const Progress& progress);

@@ -20,6 +20,9 @@ namespace {
 /// Of the texture's height, left free for what is to come.
 constexpr double headroom = 1.0 / 32;
 
+/// Of all triangles, those of a chart that may end for another one.
+constexpr double largest_to_end = 1.0 / 50;
+
 /// The frames from one to another, and the segments that they have.
 EvolvingMesh window_of(const EvolvingMesh& film, const std::vector<Period>& periods, int first,
                        int last) {
@@ -57,7 +60,38 @@ void weigh_by_lives(const std::vector<double>& lives, NeighbourGraph& graph) {
     weigh(contact.first, std::min(lives[contact.one], lives[contact.other]), contact.length);
 }
 
+/// The graph of those chains alone of which `keeps` is 1.
+NeighbourGraph part_of(const NeighbourGraph& graph, const std::vector<char>& keeps) {
+  NeighbourGraph result{.frame_counts = graph.frame_counts, .chains = {}, .contacts = {}, .radius = graph.radius};
+  std::vector<int> number(graph.chains.size(), -1);
+  for (std::size_t c = 0; c < graph.chains.size(); ++c) {
+    if (!keeps[c]) continue;
+    number[c] = int(result.chains.size());
+    result.chains.push_back(graph.chains[c]);
+  }
+  for (const NeighbourGraph::Contact& contact : graph.contacts) {
+    if (!keeps[contact.one] || !keeps[contact.other]) continue;
+    result.contacts.push_back(contact);
+    result.contacts.back().one = number[contact.one];
+    result.contacts.back().other = number[contact.other];
+  }
+  return result;
+}
+
 }  // namespace
+
+/// Without the charts that stay whatever comes: large ones.
+NeighbourGraph RollingAtlas::without_large(const NeighbourGraph& graph) const {
+  std::unordered_map<int, int> triangles;  // by chart
+  for (const auto& [id, home] : homes_) ++triangles[pieces_[home.piece].chart];
+  std::vector<char> keeps;
+  for (const NeighbourGraph::Chain& chain : graph.chains) {
+    const auto home = homes_.find(chain.triangle);
+    keeps.push_back(home == homes_.end() ||
+                    triangles[pieces_[home->second.piece].chart] <= largest_to_end * double(homes_.size()));
+  }
+  return part_of(graph, keeps);
+}
 
 void RollingAtlas::set_plan(std::unique_ptr<Plan> plan) {
   for (int c = 0; c < int(plan->graph.chains.size()); ++c)
@@ -125,6 +159,7 @@ void RollingAtlas::plan_now(Past past, const Progress& progress) {
   plan->area = mean_area(plan->window);
   plan->graph = neighbour_graph(on_unit_grid(window_of(film_, periods_, begin, first), grid_),
                                 progress.step("neighbours", 0.2));
+  if (has_past) plan->graph = without_large(plan->graph);
   ChartingOptions charting = options_.charting;
   charting.frames = 1;  // of which lives are shares
   weigh_by_lives(expected_lives(plan->graph, known), plan->graph);
