@@ -32,14 +32,14 @@ std::vector<std::array<double, 3>> squared_lengths(const std::vector<Triangle>& 
   return result;
 }
 
-FlattenedChart flatten_charts(ReferenceChart section, double mean_area, double stretch) {
+FlattenedChart flatten_charts(ReferenceChart section, double mean_area, double stretch, double largest) {
   FlattenedChart unrolled{std::move(section), {}};
   const Surface& surface = unrolled.section.surface;
   const double share = std::clamp(surface.area / mean_area, 1e-9, 1.0);
   const ChartSurfaceOptions options{
       .stretch = stretch,
       .seam_cost = whole_chart.seam_cost / std::sqrt(share),
-      .largest = std::min(1.0, whole_chart.largest / share),
+      .largest = std::min(1.0, largest * whole_chart.largest / share),
       .longest = whole_chart.longest / std::sqrt(share),
       .patches = std::max(1, int(std::ceil(whole_chart.patches * share))),
       .triangles = std::max(100, int(whole_chart.triangles * share))};
@@ -146,7 +146,7 @@ EdgeLengths ReferenceCharts::mean_squares(const std::vector<Moment>& moments) {
 
 std::vector<FlattenedChart> flatten_charts(const std::vector<LifespanChart>& charts,
                                            const ReferenceCharts& reference_chart, double area,
-                                           double stretch, const Progress& progress) {
+                                           double stretch, double largest, const Progress& progress) {
   // The large ones first, so that none is left over for one thread at the end.
   std::vector<int> order(charts.size());
   std::iota(order.begin(), order.end(), 0);
@@ -161,7 +161,7 @@ std::vector<FlattenedChart> flatten_charts(const std::vector<LifespanChart>& cha
       [&](std::int64_t i) {
         const LifespanChart& chart = charts[order[i]];
         progress.check();
-        unrolled[order[i]] = flatten_charts(reference_chart(chart), area, stretch);
+        unrolled[order[i]] = flatten_charts(reference_chart(chart), area, stretch, largest);
         progress.at(double(done += chart.chains.size()) / double(all));
       },
       1);

@@ -50,9 +50,10 @@ struct FlattenedChart {
   std::vector<FlatChart> charts;
 };
 
-/// Each of the charts as by `unwrap`, with its share of what a whole surface of `area` is given.
+/// Each of the charts as by `unwrap`, with its share of what a whole surface of `area` is given; `largest` is the most
+/// that one may have in the plane, as a part of what `unwrap` lets it have.
 std::vector<FlattenedChart> flatten_charts(const std::vector<LifespanChart>& charts,
                                            const ReferenceCharts& reference_chart, double area,
-                                           double stretch, const Progress& progress = {});
+                                           double stretch, double largest, const Progress& progress = {});
 
 }  // namespace mq

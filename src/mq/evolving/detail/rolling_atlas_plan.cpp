@@ -5,6 +5,7 @@
 // that charts which begin now can collide with is there now, so that time is no matter where they are placed.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <unordered_map>
@@ -19,6 +20,10 @@ namespace {
 
 /// Of the texture's height, left free for what is to come.
 constexpr double headroom = 1.0 / 32;
+
+/// Where less of the texture is filled at first, charts are cut to all of these parts of what they may have.
+constexpr double enough_filled = 0.62;
+constexpr std::array largest_tried = {1.0, 0.9, 0.8};
 
 /// Of all triangles, those of a chart that may end for another one.
 constexpr double largest_to_end = 1.0 / 50;
@@ -45,6 +50,11 @@ double mean_area(const EvolvingMesh& evolving) {
   for (int f = 0; f < int(evolving.frames.size()); ++f)
     for (const double a : triangle_areas(evolving.mesh(f))) area += a;
   return area / double(evolving.frames.size());
+}
+
+double flat_area(const Triangle& t, const Points& x) {
+  const Vector2 a = x[t[1]] - x[t[0]], b = x[t[2]] - x[t[0]];
+  return (a.x() * b.y() - a.y() * b.x()) / 2;
 }
 
 /// Lets sides of the last period count for as long as triangles live on, those of two for as long as both do; and those
@@ -177,26 +187,47 @@ void RollingAtlas::plan_now(Past past, const Progress& progress) {
   if (!has_past) pack_all(progress.step("pack", 0.6));
 }
 
-/// All charts of the plan, where nothing is there yet.
+/// All charts of the plan, where nothing is there yet. With a look-ahead they stay as they are for long, and so does what
+/// they leave free: where that is much they are cut smaller, too, and what fills most is taken.
 void RollingAtlas::pack_all(const Progress& progress) {
   std::vector<int> charts(plan_->charting.charts.size());
   std::iota(charts.begin(), charts.end(), 0);
   const UnwrapOptions& unwrap = options_.unwrap;
-  plan_->parts = plan_->lay_flat(charts, unwrap.stretch, bodies_, progress.step("flatten", 0.5));
-  lap("flatten");
-  std::vector<PackChart> outlines;
-  for (const Plan::Part& part : plan_->parts) outlines.push_back(plan_->outline(part));
   const int free = knows_all_ ? 0 : int(headroom * unwrap.height);
-  const Packing packing = pack(outlines,
-                               {.width = unwrap.width,
-                                .height = unwrap.height - free,
-                                .gutter = unwrap.gutter,
-                                .trials = unwrap.trials},
-                               progress.step("pack", 0.5));
-  scale_ = packing.scale;
-  for (std::size_t i = 0; i < plan_->parts.size(); ++i) plan_->parts[i].place = packing.places[i];
+  const int bodies = bodies_;
+  std::size_t cuts = knows_all_ ? 1 : largest_tried.size();
+  double most = 0;
+  std::vector<Plan::Part> best;
+  for (std::size_t i = 0; i < cuts; ++i) {
+    plan_->largest = largest_tried[i];
+    bodies_ = bodies;
+    const Progress step = progress.step("cut", 1.0 / double(largest_tried.size()));
+    std::vector<Plan::Part> parts = plan_->lay_flat(charts, unwrap.stretch, bodies_, step.step("flatten", 0.5));
+    lap("flatten");
+    std::vector<PackChart> outlines;
+    for (const Plan::Part& part : parts) outlines.push_back(plan_->outline(part));
+    const Packing packing = pack(outlines,
+                                 {.width = unwrap.width,
+                                  .height = unwrap.height - free,
+                                  .gutter = unwrap.gutter,
+                                  .trials = unwrap.trials},
+                                 step.step("pack", 0.5));
+    lap("pack");
+    double area = 0;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      parts[p].place = packing.places[p];
+      for (const Triangle& t : parts[p].flat.sheet.triangles) area += flat_area(t, parts[p].flat.x);
+    }
+    const double filled = area * packing.scale * packing.scale / (double(unwrap.width) * unwrap.height);
+    if (i == 0 && filled >= enough_filled) cuts = 1;
+    if (filled <= most) continue;
+    most = filled;
+    best = std::move(parts);
+    scale_ = packing.scale;
+  }
+  plan_->largest = 1;
+  plan_->parts = std::move(best);
   plan_->is_packed_together = true;
-  lap("pack");
 }
 
 }  // namespace mq

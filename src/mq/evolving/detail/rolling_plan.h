@@ -20,6 +20,7 @@ struct RollingAtlas::Plan {
   std::vector<Period> periods;
   NeighbourGraph graph;
   double area = 0;
+  double largest = 1;  // chart, as a part of what `unwrap` lets it have
   LifespanCharts charting;
   std::optional<ReferenceCharts> reference_chart;
   std::unordered_map<int, int> chain_of;  // by triangle
@@ -43,7 +44,7 @@ struct RollingAtlas::Plan {
       chosen.back().chains = chains;
     }
     std::vector<FlattenedChart> unrolled =
-        flatten_charts(chosen, *reference_chart, area, stretch, progress);
+        flatten_charts(chosen, *reference_chart, area, stretch, largest, progress);
     std::vector<Part> result;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       for (FlatChart& flat : unrolled[i].charts) {
