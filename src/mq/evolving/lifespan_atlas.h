@@ -63,19 +63,21 @@ struct LifespanAtlas {
 /// in, at one density of texels. Texture coordinates are equal to the bit in all frames of a chart.
 ///
 /// With a look-ahead texture coordinates of a frame depend on no frame farther ahead: an atlas for
-/// a sequence that goes on while it is made. Before each segment whose look-ahead has shown
-/// something new, charts are planned once more for all that is known, with what was given in the
-/// past as it was, and no more of it counting than its last frame. Where the plan lets a chart go
-/// on its triangles keep their texture coordinates, those that are left when others die too. Triangles
-/// that begin with the segment are laid beside the charts around them before that is planned: discs all around
+/// a sequence that goes on while it is made. In each segment triangles that are new
+/// are laid beside the charts around them: discs all around
 /// which one chart goes on into its hole (`filled_hole`), others as a whole beside one chart, or parted between
 /// several (`extended_chart`), where all of them fit with the gutter. Small charts are moved so, too; and up to
-/// three rings of triangles with either, where it does not fit without. The other charts that begin
+/// three rings of triangles with either, where it does not fit without. Then charts are planned of what is left and of
+/// those that are there, with what was given in the past as it was, and no more of it counting than its last frame:
+/// charts that begin then, of new triangles and of charts that end for them. Sides count for as long as triangles will
+/// live, those that are known to go on for as long as they are known and what `Survival` expects beyond, learned from
+/// all triangles so far; F is twice the number of frames from the first to the last one known. Triangles keep their
+/// texture coordinates when others of their chart die. Charts that begin
 /// are laid flat by the frames known of them and placed beside those
 /// that go on, at the density there is; what finds no room is halved. Where a piece of a few
 /// triangles finds none, everything is planned and packed anew (`cleared`), at the density that
-/// then fits. As long as the end is not known 1/32 of the texture's height is left free in
-/// that, and at first. F is the number of frames from the first to the last one known. A look-ahead
+/// then fits. 1/32 of the texture's height is left free in that, and at first; where less than 62 % of the texture is
+/// filled then, charts are cut to 0.9 and 0.8 of the usual size, too, and what fills most is taken. A look-ahead
 /// that shows the whole sequence at once gives the atlas that none gives.
 ///
 /// `charting.energy` is that of charts which lose triangles (`WaningChart`).

@@ -32,14 +32,14 @@ std::vector<std::array<double, 3>> squared_lengths(const std::vector<Triangle>& 
   return result;
 }
 
-FlattenedChart flatten_charts(ReferenceChart section, double mean_area, double stretch) {
+FlattenedChart flatten_charts(ReferenceChart section, double mean_area, double stretch, double largest) {
   FlattenedChart unrolled{std::move(section), {}};
   const Surface& surface = unrolled.section.surface;
   const double share = std::clamp(surface.area / mean_area, 1e-9, 1.0);
   const ChartSurfaceOptions options{
       .stretch = stretch,
       .seam_cost = whole_chart.seam_cost / std::sqrt(share),
-      .largest = std::min(1.0, whole_chart.largest / share),
+      .largest = std::min(1.0, largest * whole_chart.largest / share),
       .longest = whole_chart.longest / std::sqrt(share),
       .patches = std::max(1, int(std::ceil(whole_chart.patches * share))),
       .triangles = std::max(100, int(whole_chart.triangles * share))};
@@ -81,22 +81,26 @@ ReferenceChart ReferenceCharts::operator()(const LifespanChart& chart) const {
   }
   const int first = periods_[chart.first].first, last = periods_[chart.last].last;
   const int count = std::min(last - first + 1, metric_frames_);
-  std::vector<std::vector<Vector3>> frames;
-  std::vector<std::vector<std::array<double, 3>>> squares;
-  section.lengths.assign(mesh.triangles.size(), {});
-  for (int i = 0; i < count; ++i) {
-    const int f = first + int((2LL * i + 1) * (last - first + 1) / (2LL * count));
-    frames.push_back(positions(vertex_ids, f));
-    squares.push_back(squared_lengths(mesh.triangles, frames.back()));
+  std::vector<Moment> moments;
+  for (int i = 0; i < count; ++i)
+    moments.push_back(moment(chart, mesh.triangles, vertex_ids,
+                             first + int((2LL * i + 1) * (last - first + 1) / (2LL * count))));
+  section.lengths = mean_squares(moments);
+  if (std::ranges::none_of(moments, &Moment::is_whole) ||
+      std::ranges::any_of(section.lengths, [](const auto& edges) { return edges[0] < 0; })) {
+    // Some are gone before any of these frames.
+    moments.push_back(moment(chart, mesh.triangles, vertex_ids, first));
+    const auto begun = moments.back().squares;
     for (std::size_t t = 0; t < section.lengths.size(); ++t)
-      for (int k = 0; k < 3; ++k) section.lengths[t][k] += squares.back()[t][k] / count;
+      if (section.lengths[t][0] < 0) section.lengths[t] = begun[t];
   }
   double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < count; ++i) {
+  for (const Moment& at : moments) {
+    if (!at.is_whole) continue;
     double difference = 0;
     for (std::size_t t = 0; t < section.lengths.size(); ++t)
-      for (int k = 0; k < 3; ++k) difference += std::abs(squares[i][t][k] - section.lengths[t][k]);
-    if (difference < least) least = difference, mesh.positions = frames[i];
+      for (int k = 0; k < 3; ++k) difference += std::abs(at.squares[t][k] - section.lengths[t][k]);
+    if (difference < least) least = difference, mesh.positions = at.positions;
   }
   for (auto& edges : section.lengths)
     for (double& length : edges) length = std::sqrt(length);
@@ -104,20 +108,45 @@ ReferenceChart ReferenceCharts::operator()(const LifespanChart& chart) const {
   return section;
 }
 
-std::vector<Vector3> ReferenceCharts::positions(const std::vector<int>& vertex_ids,
+/// A chart's triangles, of these vertices, at one frame; those that are gone by then are left out.
+ReferenceCharts::Moment ReferenceCharts::moment(const LifespanChart& chart,
+                                                const std::vector<Triangle>& triangles,
+                                                const std::vector<int>& vertex_ids,
                                                 int frame) const {
   const int period =
       int(std::ranges::upper_bound(periods_, frame, {}, &Period::first) - periods_.begin()) - 1;
-  std::vector<Vector3> result;
-  result.reserve(vertex_ids.size());
-  for (const int id : vertex_ids)
-    result.push_back(evolving_.frames[frame].positions[vertex_of_[period].at(id)]);
+  Moment result;
+  result.positions.reserve(vertex_ids.size());
+  for (const int id : vertex_ids) {
+    const auto v = vertex_of_[period].find(id);
+    result.positions.push_back(v != vertex_of_[period].end()
+                                   ? evolving_.frames[frame].positions[v->second]
+                                   : Vector3::Zero());
+  }
+  result.squares = squared_lengths(triangles, result.positions);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    if (!triangle_of_[period].contains(graph_.chains[chart.chains[t]].triangle)) {
+      result.squares[t].fill(-1);
+      result.is_whole = false;
+    }
+  return result;
+}
+
+/// Of each triangle over the moments that have it; −1 where none does.
+EdgeLengths ReferenceCharts::mean_squares(const std::vector<Moment>& moments) {
+  EdgeLengths result(moments.front().squares.size());
+  for (std::size_t t = 0; t < result.size(); ++t) {
+    const auto count = std::ranges::count_if(moments, [&](const Moment& at) { return at.squares[t][0] >= 0; });
+    result[t].fill(count > 0 ? 0 : -1);
+    for (const Moment& at : moments)
+      for (int k = 0; k < 3 && at.squares[t][0] >= 0; ++k) result[t][k] += at.squares[t][k] / double(count);
+  }
   return result;
 }
 
 std::vector<FlattenedChart> flatten_charts(const std::vector<LifespanChart>& charts,
                                            const ReferenceCharts& reference_chart, double area,
-                                           double stretch, const Progress& progress) {
+                                           double stretch, double largest, const Progress& progress) {
   // The large ones first, so that none is left over for one thread at the end.
   std::vector<int> order(charts.size());
   std::iota(order.begin(), order.end(), 0);
@@ -132,7 +161,7 @@ std::vector<FlattenedChart> flatten_charts(const std::vector<LifespanChart>& cha
       [&](std::int64_t i) {
         const LifespanChart& chart = charts[order[i]];
         progress.check();
-        unrolled[order[i]] = flatten_charts(reference_chart(chart), area, stretch);
+        unrolled[order[i]] = flatten_charts(reference_chart(chart), area, stretch, largest);
         progress.at(double(done += chart.chains.size()) / double(all));
       },
       1);

@@ -21,14 +21,21 @@ struct ReferenceChart {
 class ReferenceCharts {
  public:
   /// Of charts of this graph; lengths are the mean over up to `metric_frames` frames of a chart's
-  /// life. All must live as long.
+  /// life, of a triangle that ends before its chart over those that have it. All must live as long.
   ReferenceCharts(const EvolvingMesh& evolving, const NeighbourGraph& graph,
                   const std::vector<Period>& periods, int metric_frames);
 
   ReferenceChart operator()(const LifespanChart& chart) const;
 
  private:
-  std::vector<Vector3> positions(const std::vector<int>& vertex_ids, int frame) const;
+  struct Moment {
+    std::vector<Vector3> positions;  // per vertex
+    EdgeLengths squares;             // per triangle; −1: it is gone
+    bool is_whole = true;
+  };
+  Moment moment(const LifespanChart& chart, const std::vector<Triangle>& triangles,
+                const std::vector<int>& vertex_ids, int frame) const;
+  static EdgeLengths mean_squares(const std::vector<Moment>& moments);
 
   const EvolvingMesh& evolving_;
   const NeighbourGraph& graph_;
@@ -43,9 +50,10 @@ struct FlattenedChart {
   std::vector<FlatChart> charts;
 };
 
-/// Each of the charts as by `unwrap`, with its share of what a whole surface of `area` is given.
+/// Each of the charts as by `unwrap`, with its share of what a whole surface of `area` is given; `largest` is the most
+/// that one may have in the plane, as a part of what `unwrap` lets it have.
 std::vector<FlattenedChart> flatten_charts(const std::vector<LifespanChart>& charts,
                                            const ReferenceCharts& reference_chart, double area,
-                                           double stretch, const Progress& progress = {});
+                                           double stretch, double largest, const Progress& progress = {});
 
 }  // namespace mq

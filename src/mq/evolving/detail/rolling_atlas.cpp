@@ -1,10 +1,5 @@
 // Charts begin and end with segments, so that within a segment texture coordinates are constant,
 // and a chart's triangles are connected alike in all of its life.
-//
-// Of the past a plan needs one frame: a chart that is split has its caps once more, however long it
-// has lived, and its sides are parted. All that charts which begin now can collide with is there
-// now, so that time is no matter where they are placed; only where nothing is there yet are charts
-// packed together with those planned for later.
 
 #include "mq/evolving/detail/rolling_atlas.h"
 
@@ -15,41 +10,15 @@
 #include <unordered_set>
 
 #include "mq/evolving/detail/flattened_charts.h"
+#include "mq/evolving/detail/free_texels.h"
 #include "mq/evolving/detail/rolling_plan.h"
 #include "mq/mesh/geometry.h"
 
 namespace mq {
 namespace {
 
-/// Of the texture's height, left free for what is to come.
-constexpr double headroom = 1.0 / 32;
-
 /// Of half a chart for which there was no room, at least.
 constexpr std::size_t least_triangles = 8;
-
-/// The frames from one to another, and the segments that they have.
-EvolvingMesh window_of(const EvolvingMesh& film, const std::vector<Period>& periods, int first,
-                       int last) {
-  EvolvingMesh window;
-  for (const Period& period : periods) {
-    if (period.last < first || period.first > last) continue;
-    EvolvingSegment segment = film.segments[period.segment];
-    segment.uvs.clear();
-    segment.corner_uvs.clear();
-    window.segments.push_back(std::move(segment));
-    for (int f = std::max(first, period.first); f <= std::min(last, period.last); ++f)
-      window.frames.push_back(
-          {film.frames[f].number, int(window.segments.size()) - 1, film.frames[f].positions});
-  }
-  return window;
-}
-
-double mean_area(const EvolvingMesh& evolving) {
-  double area = 0;
-  for (int f = 0; f < int(evolving.frames.size()); ++f)
-    for (const double a : triangle_areas(evolving.mesh(f))) area += a;
-  return area / double(evolving.frames.size());
-}
 
 double area(const Triangle& t, const Points& x) {
   const Vector2 a = x[t[1]] - x[t[0]], b = x[t[2]] - x[t[0]];
@@ -104,7 +73,10 @@ int connected_parts(const std::vector<Triangle>& triangles) {
 
 RollingAtlas::RollingAtlas(EvolvingMesh& film, const std::vector<Period>& periods,
                            const LifespanAtlasOptions& options)
-    : film_(film), periods_(periods), options_(options) {}
+    : film_(film),
+      periods_(periods),
+      options_(options),
+      knows_all_(options.look_ahead >= int(film.frames.size()) - 1) {}
 RollingAtlas::~RollingAtlas() = default;
 
 const LifespanCharts& RollingAtlas::planned() const { return plan_->charting; }
@@ -114,62 +86,6 @@ void RollingAtlas::lap(const char* step) {
   for (UnwrapFigures::Seconds& one : seconds_)
     if (one.step == step) one.seconds += now - before_;
   before_ = now;
-}
-
-/// Plans all that is not over, with charts of the past or without.
-void RollingAtlas::plan(Past past, const Progress& progress) {
-  const int first = periods_[now_].first, last = periods_.back().last;
-  auto plan = std::make_unique<Plan>();
-  const bool has_past = now_ > 0 && past == Past::goes_on;
-  plan->first_period = has_past ? now_ - 1 : now_;
-  plan->known = int(std::min<std::int64_t>(last, std::int64_t(first) + options_.look_ahead));
-  plan->window = window_of(film_, periods_, has_past ? first - 1 : first, plan->known);
-  if (now_ == 0) grid_ = unit_grid(plan->window);
-  plan->window = on_unit_grid(std::move(plan->window), grid_);
-  plan->periods = periods_of(plan->window);
-  plan->area = mean_area(plan->window);
-  plan->graph = neighbour_graph(plan->window, progress.step("neighbours", 0.2));
-  ChartingOptions charting = options_.charting;
-  charting.frames = plan->known + 1;
-  if (has_past) {
-    charting.past = 1;
-    for (const NeighbourGraph::Chain& chain : plan->graph.chains) {
-      const auto home = chain.first <= 1 ? homes_.find(chain.triangle) : homes_.end();
-      charting.chart_of.push_back(home != homes_.end() ? pieces_[home->second.piece].chart : -1);
-    }
-  }
-  plan->charting = find_lifespan_charts(plan->graph, charting, progress.step("chart", 0.2));
-  for (int c = 0; c < int(plan->graph.chains.size()); ++c)
-    plan->chain_of[plan->graph.chains[c].triangle] = c;
-  plan->reference_chart.emplace(plan->window, plan->graph, plan->periods, options_.metric_frames);
-  plan_ = std::move(plan);
-  ++plans_;
-  edits_ += plan_->charting.edits;
-  lap("chart");
-  if (!has_past) pack_all(progress.step("pack", 0.6));
-}
-
-/// All charts of the plan, where nothing is there yet.
-void RollingAtlas::pack_all(const Progress& progress) {
-  std::vector<int> charts(plan_->charting.charts.size());
-  std::iota(charts.begin(), charts.end(), 0);
-  const UnwrapOptions& unwrap = options_.unwrap;
-  plan_->parts = plan_->lay_flat(charts, unwrap.stretch, bodies_, progress.step("flatten", 0.5));
-  lap("flatten");
-  std::vector<PackChart> outlines;
-  for (const Plan::Part& part : plan_->parts) outlines.push_back(plan_->outline(part));
-  const bool ends = plan_->known == periods_.back().last;
-  const int free = ends ? 0 : int(headroom * unwrap.height);
-  const Packing packing = pack(outlines,
-                               {.width = unwrap.width,
-                                .height = unwrap.height - free,
-                                .gutter = unwrap.gutter,
-                                .trials = unwrap.trials},
-                               progress.step("pack", 0.5));
-  scale_ = packing.scale;
-  for (std::size_t i = 0; i < plan_->parts.size(); ++i) plan_->parts[i].place = packing.places[i];
-  plan_->is_packed_together = true;
-  lap("pack");
 }
 
 /// Charts of the plan that begin now.
@@ -207,14 +123,47 @@ RollingAtlas::Taken RollingAtlas::taken_without_new() const {
   return taken_without(fresh);
 }
 
-/// Places for the charts that begin now. What finds no room is halved; false: it is too small for
-/// that.
+/// Leaves the triangles of a planned part that have a place where they are, if nothing that was laid since (all that is
+/// taken from `since` on) is there. Returns the chains of all others; nothing: they cannot stay, or there are none.
+std::optional<std::vector<int>> RollingAtlas::leave(const std::vector<int>& ids, std::size_t since, Taken& taken) const {
+  const UnwrapOptions& unwrap = options_.unwrap;
+  const Vector2 size(unwrap.width, unwrap.height);
+  std::vector<int> others, pieces;
+  std::vector<std::vector<Vector2>> polygons;
+  std::vector<Vector2> all;
+  for (const int id : ids) {
+    const auto home = homes_.find(id);
+    if (home == homes_.end()) {
+      others.push_back(plan_->chain_of.at(id));
+      continue;
+    }
+    const Piece& piece = pieces_[home->second.piece];
+    if (piece.scale != scale_) return {};
+    pieces.push_back(home->second.piece);
+    polygons.emplace_back();
+    for (const int uv : piece.corners[home->second.index]) polygons.back().push_back(piece.uvs[uv].cwiseProduct(size));
+    all.insert(all.end(), polygons.back().begin(), polygons.back().end());
+  }
+  if (polygons.empty()) return {};
+  const std::vector<std::vector<Vector2>> laid(taken.polygons.begin() + std::ptrdiff_t(since), taken.polygons.end());
+  const FreeTexels free(laid, std::vector<char>(laid.size(), 0), all, unwrap.width, unwrap.height, unwrap.gutter);
+  if (!std::ranges::all_of(polygons, [&](const auto& polygon) { return free.fits(polygon); })) return {};
+  taken.polygons.insert(taken.polygons.end(), polygons.begin(), polygons.end());
+  taken.pieces.insert(taken.pieces.end(), pieces.begin(), pieces.end());
+  std::ranges::sort(others);
+  return others;
+}
+
+/// Places for the charts that begin now. Of what finds no room triangles that have a place stay there, and others
+/// are halved; false: they are too few for that.
 bool RollingAtlas::place_new(const Progress& progress) {
   const std::vector<int> charts = new_charts();
   if (plan_->is_packed_together || charts.empty()) return true;
+  const EvolvingSegment& segment = film_.segments[periods_[now_].segment];
   const UnwrapOptions& unwrap = options_.unwrap;
   const Vector2 size(unwrap.width, unwrap.height);
   Taken taken = taken_without_new();
+  const std::size_t stayed = taken.polygons.size();
   std::vector<Plan::Part> open =
       plan_->lay_flat(refill(charts, taken), unwrap.stretch, bodies_, progress);
   plan_->parts.clear();
@@ -241,6 +190,15 @@ bool RollingAtlas::place_new(const Progress& progress) {
           taken.pieces.push_back(-1);
         }
         plan_->parts.push_back(std::move(part));
+      }
+    }
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      const Plan::Part& part = open[i];
+      if (places[i]) continue;
+      std::vector<int> ids;
+      for (const int t : part.triangles) ids.push_back(segment.triangle_ids[t]);
+      if (auto others = leave(ids, stayed, taken)) {
+        if (!others->empty()) halves.emplace_back(part.chart, std::move(*others));
         continue;
       }
       if (part.triangles.size() < 2 * least_triangles) return false;
@@ -323,19 +281,20 @@ void RollingAtlas::write() {
 
 void RollingAtlas::add_period(const Progress& progress) {
   ++now_;
-  const std::int64_t seen = std::int64_t(periods_[now_].first) + options_.look_ahead;
   if (now_ > 0) {
     EvolvingMesh one;
     one.frames.push_back(film_.frames[periods_[now_].first]);
     positions_ = std::move(on_unit_grid(std::move(one), grid_).frames[0].positions);
   }
-  if (!plan_ || std::min<std::int64_t>(periods_.back().last, seen) > plan_->known) {
+  if (!knows_all_) {
     if (now_ > 0) extend_pieces();
-    plan(Past::goes_on, progress.step("plan", 0.8));
+    plan_now(Past::goes_on, progress.step("plan", 0.8));
+  } else if (now_ == 0) {
+    plan_whole(progress.step("plan", 0.8));
   }
   if (!place_new(progress.step("place", 0.1))) {
     cleared_.push_back(periods_[now_].first);
-    plan(Past::forgotten, progress.step("clear", 0.1));
+    plan_now(Past::forgotten, progress.step("clear", 0.1));
   }
   settle();
   write();

@@ -95,8 +95,13 @@ class RollingAtlas {
     std::size_t triangles, uvs;
   };
 
-  void plan(Past past, const Progress& progress);
+  void plan_whole(const Progress& progress);
+  void plan_now(Past past, const Progress& progress);
+  NeighbourGraph without_large(const NeighbourGraph& graph) const;
+  std::vector<double> expected_lives(const NeighbourGraph& graph, int known);
+  void set_plan(std::unique_ptr<Plan> plan);
   void pack_all(const Progress& progress);
+  std::optional<std::vector<int>> leave(const std::vector<int>& ids, std::size_t since, Taken& taken) const;
   bool place_new(const Progress& progress);
   std::vector<std::pair<int, std::vector<int>>> refill(const std::vector<int>& charts, Taken& taken);
   struct HoleBorder {
@@ -131,6 +136,7 @@ class RollingAtlas {
   EvolvingMesh& film_;
   const std::vector<Period>& periods_;
   const LifespanAtlasOptions& options_;
+  bool knows_all_;  ///< from the first frame on
   UnitGrid grid_;
   std::unique_ptr<Plan> plan_;
   int now_ = -1;      ///< the period that is being added
@@ -138,6 +144,7 @@ class RollingAtlas {
   double scale_ = 0;  ///< texels per unit of the grid
   int charts_ = 0, bodies_ = 0, plans_ = 0, edits_ = 0;
   std::vector<int> cleared_, pieces_of_period_;
+  std::unordered_map<int, Lifespan> lives_;  ///< of triangles by id, as far as they are known
   std::vector<Piece> pieces_;
   std::unordered_map<int, Home> homes_;  ///< of triangles of the last period, by id
   Stopwatch watch_;

@@ -16,11 +16,11 @@ namespace mq {
 /// What is known, and the charts that are planned for it.
 struct RollingAtlas::Plan {
   int first_period = 0;  // of the film; the first of the window
-  int known = 0;         // frames of the film up to here
   EvolvingMesh window;
   std::vector<Period> periods;
   NeighbourGraph graph;
   double area = 0;
+  double largest = 1;  // chart, as a part of what `unwrap` lets it have
   LifespanCharts charting;
   std::optional<ReferenceCharts> reference_chart;
   std::unordered_map<int, int> chain_of;  // by triangle
@@ -44,7 +44,7 @@ struct RollingAtlas::Plan {
       chosen.back().chains = chains;
     }
     std::vector<FlattenedChart> unrolled =
-        flatten_charts(chosen, *reference_chart, area, stretch, progress);
+        flatten_charts(chosen, *reference_chart, area, stretch, largest, progress);
     std::vector<Part> result;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       for (FlatChart& flat : unrolled[i].charts) {
