@@ -288,25 +288,26 @@ void TimeMultigrid::descend(std::size_t l, const Signal& b, Signal& x) const {
   }
   relax(level, 0, b, x);
   relax(level, 1, b, x);
-  Signal r(b.rows(), b.cols());
+  Signal& r = level.residual;
+  r.resize(b.rows(), b.cols());
   parallel_for(b.rows(), [&](std::int64_t row) {
     r.row(row) = b.row(row);
     for (SparseMatrix::InnerIterator entry(level.A, row); entry; ++entry)
       r.row(row) -= entry.value() * x.row(entry.col());
   });
-  const auto times = [](const SparseMatrix& A, const Signal& v) {
-    Signal y(A.rows(), v.cols());
+  const auto multiply_into = [](const SparseMatrix& A, const Signal& v, Signal& y) {
+    y.resize(A.rows(), v.cols());
     parallel_for(A.rows(), [&](std::int64_t row) {
       y.row(row).setZero();
       for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
         y.row(row) += entry.value() * v.row(entry.col());
     });
-    return y;
   };
-  const Signal below = times(level.R, r);
-  Signal correction = Signal::Zero(below.rows(), below.cols());
-  descend(l + 1, below, correction);
-  x += times(level.P, correction);
+  multiply_into(level.R, r, level.below);
+  level.correction.setZero(level.below.rows(), level.below.cols());
+  descend(l + 1, level.below, level.correction);
+  multiply_into(level.P, level.correction, level.change);
+  x += level.change;
   relax(level, 1, b, x);
   relax(level, 0, b, x);
 }
