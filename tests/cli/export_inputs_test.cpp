@@ -94,9 +94,9 @@ TEST(ExportInputs, FramesAreReplacedEachByItself) {
   const auto with = [&](const std::string& frames) {
     return marquetry(folder, {"export", "square.usda", "-o", "f_%d.obj", "--frames", frames});
   };
-  for (const char* frames : {"10", "10", "10-12"}) EXPECT_EQ(with(frames).status, 0) << with(frames).error;
+  for (const char* frames : {"10", "10", "10-12x2"}) EXPECT_EQ(with(frames).status, 0) << with(frames).error;
   std::filesystem::remove(folder / "f_12.obj");
-  const Result refused = with("10-12");
+  const Result refused = with("10-12x2");
   EXPECT_EQ(refused.status, 2);
   EXPECT_THAT(refused.error, HasSubstr("f_12.png: exists already, and the new f_12.obj would replace it"));
 }

@@ -6,6 +6,8 @@
 //
 //     γ m̄ |δ(t) − Σ w δ_before(s) + (1 − η) Dψ(t)|²   adds γ m̄ to the diagonal
 //     and γ m̄ (Σ w δ_before(s) + (η − 1) Dψ(t)) on the right.
+//
+// Sparse matrices are swapped: Eigen copies those that are moved.
 
 #include "mq/video/temporal_poisson.h"
 
@@ -94,17 +96,17 @@ class Stream {
     const int missing = end - loaded_, first = loaded_;
     for (; loaded_ < end; ++loaded_) {
       progress.at(double(loaded_ - first) / missing);
-      Held held;
+      Held& held = held_.emplace_back();
       held.frame = load_(loaded_);
       const TemporalFrame& frame = held.frame;
       check_frame(frame, loaded_, int(mass_before_.size()));
       held.mass = positive_mass(*frame.space);
       if (loaded_ > 0)
         held.strength = strengths(frame.links, held.mass, mass_before_, options_.gamma);
-      held.K = diagonal_matrix(held.mass);
+      diagonal_matrix(held.mass).swap(held.K);
       held.right = Signal::Zero(frame.psi.rows(), frame.psi.cols());
       if (options_.weight > 0) {
-        held.K = SparseMatrix(frame.space->regularised_system(0, options_.weight) + held.K);
+        SparseMatrix(frame.space->regularised_system(0, options_.weight) + held.K).swap(held.K);
         if (options_.beta != 1) {
           held.right = frame.space->stiffness_times(frame.psi);
           held.right *= options_.weight * (options_.beta - 1);
@@ -117,7 +119,6 @@ class Stream {
       held.space = frame.space;
       held.frame.space.reset();
       mass_before_ = held.mass;
-      held_.push_back(std::move(held));
       if (options_.gamma > 0 && loaded_ > 0) lead_where_texels_change();
     }
   }
@@ -133,11 +134,13 @@ class Stream {
 
   /// The system's; the first frames are not needed again, and hand their matrices over.
   std::vector<TimePlane> planes(int last_time) {
-    std::vector<TimePlane> result;
+    std::vector<TimePlane> result(held_.size());
     for (std::size_t f = 0; f < held_.size(); ++f) {
-      TimePlane plane{{}, held_[f].links, held_[f].strength};
+      TimePlane& plane = result[f];
+      plane.links = held_[f].links;
+      plane.strength = held_[f].strength;
       if (int(f) < last_time)
-        plane.K = std::move(held_[f].K);
+        plane.K.swap(held_[f].K);
       else
         plane.K = held_[f].K;
       if (f == 0) {
@@ -146,7 +149,6 @@ class Stream {
         plane.links = {};
         plane.strength = {};
       }
-      result.push_back(std::move(plane));
     }
     return result;
   }

@@ -1,6 +1,7 @@
 #pragma once
 /// Multigrid for frames that are coupled in time.
 
+#include <deque>
 #include <functional>
 #include <vector>
 
@@ -82,7 +83,7 @@ class TimeMultigrid {
   void relax(const Level& level, int parity, const Signal& b, Signal& x) const;
   void descend(std::size_t level, const Signal& b, Signal& x) const;
 
-  std::vector<Level> levels_;
+  std::deque<Level> levels_;
   TimeMultigridOptions options_;
 };
 
