@@ -19,6 +19,7 @@
 #include <iostream>
 #include <string>
 
+#include "tool.h"
 #include "mq/base/error.h"
 #include "mq/io/detail/evolving_blocks.h"
 #include "mq/io/detail/symbol_streams.h"
@@ -153,17 +154,14 @@ void measure(const fs::path& store, double error, double uv_error) {
   fs::remove(fs::path(made).replace_extension(".blocks"));
 }
 
+int main(int count, char** words) {
+  require(count == 2 || count == 3 || count == 5, "usage: evolving_store STORE.evolving [ERROR [TEXELS SIZE]]");
+  measure(words[1], count > 2 ? std::stod(words[2]) / 100 : 1e-4,
+          count > 4 ? std::stod(words[3]) / std::stod(words[4]) : 0.03125 / 1024);
+  return 0;
+}
+
 }  // namespace
 }  // namespace mq
 
-int main(int argc, char** argv) {
-  try {
-    mq::require(argc == 2 || argc == 3 || argc == 5, "usage: evolving_store STORE.evolving [ERROR [TEXELS SIZE]]");
-    mq::measure(argv[1], argc > 2 ? std::stod(argv[2]) / 100 : 1e-4,
-                argc > 4 ? std::stod(argv[3]) / std::stod(argv[4]) : 0.03125 / 1024);
-    return 0;
-  } catch (const std::exception& error) {
-    std::cerr << "evolving_store: " << error.what() << "\n";
-    return 2;
-  }
-}
+int main(int count, char** words) { return mq::run_tool(mq::main, count, words); }

@@ -1,6 +1,8 @@
 // horizon_packing SIZE MODEL...: how full a texture of SIZE x SIZE texels is with the charts of `unwrap`, or those of
 // an evolving mesh, STORE.evolving, over time, in the places of `pack` and in those of the thesis' packing by 16 + 16
 // horizons, with charts in one direction and in the sixteen that `pack` has. Gutter 2.
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -91,7 +93,8 @@ std::vector<PackChart> charts_of_store(const std::string& file, int size) {
 
 int main(int count, char** words) {
   require(count >= 3, "usage: horizon_packing SIZE MODEL...");
-  const int size = std::stoi(words[1]);
+  const int size = std::atoi(words[1]);
+  require(size > 0, fmt::format("SIZE: found '{}', wanted a number of texels, such as 1024", words[1]));
   std::printf("| model | charts | `pack` | horizons, one direction | horizons, sixteen | seconds of each |\n"
               "|---|---|---|---|---|---|\n");
   for (int i = 2; i < count; ++i) {

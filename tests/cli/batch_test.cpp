@@ -37,6 +37,7 @@ TEST(Batch, DoesWhatCommandsDoOneAfterAnother) {
   EXPECT_EQ(file_bytes(folder / "c.png"), file_bytes(folder / "z.png"));
   const auto report = result.json();
   EXPECT_EQ(report.at("result").at("failed"), 0);
+  EXPECT_FALSE(report.at("result").contains("cancelled"));
   ASSERT_EQ(report.at("result").at("jobs").size(), 3U);
   EXPECT_EQ(report.at("result").at("jobs").at(1).at("options").at("beta"), 0.5);
 }
@@ -209,7 +210,10 @@ TEST(Batch, IsCancelledAsAWhole) {
   EXPECT_EQ(result.status, 130);
   EXPECT_THAT(result.error, HasSubstr("cancelled"));
   EXPECT_THAT(result.error, HasSubstr("--first 2 goes on"));
-  EXPECT_EQ(nlohmann::json::parse(file_bytes(folder / "r.json")).at("result").at("jobs").size(), 1U);
+  const nlohmann::json told = nlohmann::json::parse(file_bytes(folder / "r.json")).at("result");
+  EXPECT_EQ(told.at("jobs").size(), 1U);
+  EXPECT_EQ(told.at("cancelled"), true);
+  EXPECT_EQ(told.at("running"), 2);
   EXPECT_FALSE(is_there(folder, "a.png"));
   EXPECT_FALSE(is_there(folder, "b.png"));
 }

@@ -87,6 +87,32 @@ TEST(ExportInputs, LibrariesAreAmongTheOutputs) {
   EXPECT_EQ(captured.json()["result"]["outputs"], Json({"d_10.obj", "d_10.png", "d_10.mtl"})) << captured.error;
 }
 
+/// Pictures whose names nobody gave are replaced where the model that showed them is, frame by frame.
+TEST(ExportInputs, FramesAreReplacedEachByItself) {
+  const Folder folder;
+  make_square(folder);
+  const auto with = [&](const std::string& frames) {
+    return marquetry(folder, {"export", "square.usda", "-o", "f_%d.obj", "--frames", frames});
+  };
+  for (const char* frames : {"10", "10", "10-12x2"}) EXPECT_EQ(with(frames).status, 0) << with(frames).error;
+  std::filesystem::remove(folder / "f_12.obj");
+  const Result refused = with("10-12x2");
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("f_12.png: exists already, and the new f_12.obj would replace it"));
+}
+
+TEST(ExportInputs, CapturedFramesWithoutTrianglesAreNamed) {
+  const Folder folder;
+  make_square(folder);
+  ASSERT_EQ(marquetry(folder, {"export", "square.usda", "-o", "c_%d.ply"}).status, 0);
+  write_bytes(folder / "c_12.ply",
+              "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+              "end_header\n0 0 0\n");
+  const Result refused = marquetry(folder, {"export", "square.usda", "-o", "d_%d.png", "--from", "c_%d.ply", "--size", "16"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, AllOf(HasSubstr("c_12.ply: frame 12 has no triangles"), HasSubstr("--frames")));
+}
+
 /// A report has the options that were in force, and with them the same is made again.
 TEST(ExportInputs, ReportsCanBeRepeated) {
   const Folder folder;

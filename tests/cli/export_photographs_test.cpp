@@ -125,6 +125,11 @@ TEST_F(PhotographedBody, IsRefusedWithOptionsOfMeshesAndTheOtherWayRound) {
   EXPECT_THAT(refused({"--from", "other_%04d.json"}), HasSubstr("the cameras of frame 0 are not there"));
   EXPECT_THAT(refused({"--from", "rig_0.json", "--images", "nowhere/%04d"}),
               HasSubstr("nowhere/0000: wanted a folder"));
+  for (const std::vector<std::string>& images : std::vector<std::vector<std::string>>{{}, {"--images", "shots/0000"}}) {
+    std::vector<std::string> words = {"--from", "rig_0.json"};
+    words.insert(words.end(), images.begin(), images.end());
+    EXPECT_THAT(refused(words), HasSubstr("--images says where those of each frame are"));
+  }
   const std::vector<std::string> without = {"export", "body.evolving", "-o", "no_%04d.ply", "--from", "cameras_%04d.json"};
   EXPECT_THAT(refusal(*folder_, without, "no_0000.ply"), HasSubstr("unwrap it first"));
 }

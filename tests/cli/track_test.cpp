@@ -68,6 +68,18 @@ TEST(Track, FollowsASequenceAndSaysHowWell) {
   EXPECT_EQ(evolving.frames[3].number, 3);
 }
 
+TEST(Track, NamesAVertexThatIsFarFromTheOthers) {
+  const Folder folder;
+  make_body(folder, "bending", 1);
+  Model frame = read_model(folder / "body/frame_0001.ply");
+  frame.mesh.positions[7].y() = 1e30;
+  write_model(folder / "body/frame_0001.ply", frame);
+  const Result result = marquetry(folder, {"track", "body", "-o", "body.evolving"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("frame_0001.ply: vertex 7 is at ("));
+  EXPECT_THAT(result.error, HasSubstr("1e+30"));
+}
+
 TEST(Track, StoresWhatTheLibraryStores) {
   const Folder folder;
   // Balls that meet in frame 11.

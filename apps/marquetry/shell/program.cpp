@@ -97,6 +97,7 @@ Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal&
   const OptionValues options = read_options(verb.table, words, streams);
   if (options.text("progress") == "json") terminal.set_form(Terminal::Form::json);
   if (options.flag("quiet")) terminal.set_voice(Terminal::Voice::quiet);
+  warn_of_little_memory(options, terminal);
   if (options.given("report")) const AtomicFile probe(options.text("report"));
   const Progress progress([&](const ProgressEvent& event) { terminal.progress(event); },
                           &Interrupt::requested());
@@ -214,10 +215,12 @@ Exit guarded(const std::vector<Verb>& verbs, const std::vector<std::string>& wor
 
 /// Large arrays go back to the system when they are freed: the parts of a solver are made one after
 /// another, and glibc's threshold would else grow until it keeps what the first of them held. Small ones
-/// are kept: to ask for new pages each time takes a twentieth of `filter`, and saves a fortieth of its memory.
+/// are kept: to ask for new pages each time takes a twentieth of `filter`, and saves a fortieth of its memory. So are
+/// 64 MiB of what they leave, of which setting the first threshold alone has glibc return all but 128 KiB each time.
 void return_large_arrays() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_THRESHOLD, 1 << 22);
+  mallopt(M_TRIM_THRESHOLD, 1 << 26);
 #endif
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <map>
 #include <set>
 
 #include "mq/base/error.h"
@@ -76,15 +77,25 @@ bool has_model_of_name(const std::filesystem::path& path) {
 }
 
 /// Throws where a new model would come with pictures or materials whose names nobody gave, and that are there: another
-/// model may show them.
+/// model may show them. Of several models, as of frames, each by itself: a file comes with that of its name, else with
+/// the last one before it.
 void protect_unnamed(const std::vector<std::filesystem::path>& paths) {
+  namespace fs = std::filesystem;
+  if (paths.empty() || !names_model(paths[0])) return;
+  std::map<fs::path, fs::path> of_name;
+  for (const fs::path& path : paths)
+    if (names_model(path)) of_name.emplace(path.parent_path() / path.stem(), path);
   std::error_code failure;
-  if (paths.empty() || !names_model(paths[0]) || has_model_of_name(paths[0])) return;
-  for (std::size_t i = 1; i < paths.size(); ++i)
-    if (std::filesystem::exists(paths[i], failure))
+  fs::path before;
+  for (const fs::path& path : paths) {
+    if (names_model(path)) before = path;
+    if (names_model(path) || !fs::exists(path, failure)) continue;
+    const auto found = of_name.find(path.parent_path() / path.stem());
+    if (const fs::path& model = found != of_name.end() ? found->second : before; !has_model_of_name(model))
       throw IoError(fmt::format("{0}: exists already, and the new {1} would replace it: choose another name than {1}, "
                                 "or replace it with --overwrite",
-                                paths[i].string(), paths[0].string()));
+                                path.string(), model.string()));
+  }
 }
 
 }  // namespace

@@ -25,6 +25,8 @@ constexpr const char* module_name = "libmarquetry_scratch.so";
 constexpr const char* module_words = "MARQUETRY_SCRATCH";
 /// Programs, libraries and small blocks take about 60 MB.
 constexpr std::int64_t least_memory = 100'000'000;
+/// Below this what is worked on is read from the disk again and again (docs/measurements/memory.md).
+constexpr std::int64_t little_memory = 200'000'000;
 constexpr const char* wanted_memory = "100MB or more, as 8GB, 500MB or 50%";
 
 /// What the last of --name VALUE and --name=VALUE gives.
@@ -127,6 +129,13 @@ void start_with_scratch(const std::vector<std::string>& words) {
   arguments.push_back(nullptr);
   ::execv("/proc/self/exe", arguments.data());
   throw Unsupported(fmt::format("--memory: the program cannot start itself anew: {}", std::strerror(errno)));
+}
+
+void warn_of_little_memory(const OptionValues& options, Messages& messages) {
+  if (!options.given("memory") || parse_memory(options.text("memory")).value_or(little_memory) >= little_memory) return;
+  messages.warning(fmt::format("--memory: {} is little: libraries and small blocks take 100 MB and more of it, and what is "
+                               "worked on is read from the disk again and again; 200MB or more can be many times as fast",
+                               options.text("memory")));
 }
 
 std::string out_of_memory() {

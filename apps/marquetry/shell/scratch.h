@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mq/base/options.h"
+#include "mq/model/messages.h"
 
 namespace mq::app {
 
@@ -20,6 +21,9 @@ std::optional<std::int64_t> parse_memory(const std::string& words);
 /// (apps/scratch) and is called with the same words; returns where they do not, or in that process. To be called
 /// before anything is read or started. Throws `InvalidInput` where no such file can be had.
 void start_with_scratch(const std::vector<std::string>& words);
+
+/// Where --memory is so little that the program would hardly get on.
+void warn_of_little_memory(const OptionValues& options, Messages& messages);
 
 /// What is said where memory ran out, or the disk that stands for it.
 std::string out_of_memory();

@@ -210,6 +210,7 @@ class Batch {
 
   void report() {
     run_.result = {{"jobs", reports_}, {"failed", failed_}};
+    if (running_ > 0) run_.result.update({{"cancelled", true}, {"running", running_}});
     run_.print(fmt::format("{} of {} jobs done\n", int(reports_.size()) - failed_, jobs_.size()));
   }
 
@@ -236,6 +237,7 @@ class Batch {
 
   /// Whether it did not fail.
   bool go_one(const Job& job, double share) {
+    running_ = job.number;
     ledger_.begin(fmt::format("job {}", job.number));
     run_.terminal().set_part("");
     run_.terminal().remark(fmt::format("{}: {}", title(job), job.name()));
@@ -254,7 +256,9 @@ class Batch {
       exit_ = Exit::error;
       ++failed_;
     }
+    run_.terminal().say_where_more_is();
     run_.terminal().set_part("");
+    running_ = 0;
     return message.empty();
   }
 
@@ -332,6 +336,7 @@ class Batch {
   Json reports_ = Json::array();
   Exit exit_ = Exit::done;
   int failed_ = 0;
+  int running_ = 0;  ///< the number of the job at hand; 0: none is
 };
 
 Exit run_batch(Run& run) {

@@ -37,12 +37,38 @@ std::vector<float> values_at(const std::vector<SurfacePoint>& places, const Mesh
   return values;
 }
 
+/// How many times farther from the middle than half of the vertices no vertex of a surface lies.
+constexpr double stray = 1e4;
+
+/// Throws where a vertex lies so far from the others that the surface is none.
+void require_no_stray(const Mesh& mesh, const std::string& name) {
+  std::vector<double> values(mesh.triangles.size());
+  const auto middle = [&](const auto& value_at) {
+    for (std::size_t t = 0; t < values.size(); ++t) values[t] = value_at(mesh.positions[mesh.triangles[t][0]]);
+    std::ranges::nth_element(values, values.begin() + std::ptrdiff_t(values.size() / 2));
+    return values[values.size() / 2];
+  };
+  if (values.empty()) return;
+  Vector3 centre;
+  for (int k = 0; k < 3; ++k) centre[k] = middle([&](const Vector3& p) { return p[k]; });
+  const double usual = middle([&](const Vector3& p) { return (p - centre).norm(); });
+  for (const Triangle& triangle : mesh.triangles)
+    for (const int v : triangle) {
+      const Vector3& p = mesh.positions[v];
+      require(!(usual > 0) || (p - centre).norm() <= stray * usual,
+              fmt::format("{}: vertex {} is at ({:g}, {:g}, {:g}), {:.2g} times as far from the middle of the surface as "
+                          "half of the vertices are: take it out, or correct it",
+                          name, v, p.x(), p.y(), p.z(), (p - centre).norm() / usual));
+    }
+}
+
 }  // namespace
 
 CapturedFrame::CapturedFrame(const FrameLoader& loader, int frame, const Mesh* before,
                              const CaptureOptions& options)
     : loader_(loader), frame_(frame), options_(options), model_(loader.read(frame)),
       of_file_{model_.mesh.positions.size(), model_.mesh.triangles.size()} {
+  require_no_stray(model_.mesh, loader_.name(frame_));
   Oriented found = oriented(model_.mesh, before);
   model_.mesh = std::move(found.mesh);
   turned_ = std::move(found.turned);

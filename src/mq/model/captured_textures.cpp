@@ -44,7 +44,8 @@ CapturedTextures::CapturedTextures(const EvolvingReader& reader, const std::stri
   const bool is_photographed = names_camera_frames(sequence);
   const std::vector<int> numbers = numbers_of(reader, frames);
   const std::vector<FrameFile> files =
-      is_photographed ? find_camera_frames(sequence, numbers) : find_frames(sequence, numbers);
+      is_photographed ? find_camera_frames(sequence, numbers, options_.photographs.images)
+                      : find_frames(sequence, numbers);
   if (is_photographed) {
     require_atlas(reader);
     require(options_.textures.empty(), fmt::format("{}: it is of captured meshes, and {} is photographs with cameras",
@@ -110,6 +111,9 @@ CapturedTextures::Captured CapturedTextures::read(int frame) {
   const fs::path& path = files_.at(frame);
   Captured captured;
   captured.model = read_model(path, reading);
+  require(captured.model.mesh.triangle_count() > 0,
+          fmt::format("{}: frame {} has no triangles, so it shows nothing: leave it out, {} names the others",
+                      path.string(), stored.number, option_name("frames")));
   require(has_colours(captured.model),
           fmt::format("{}: {} wants colours at vertices or a texture, and it has neither",
                       path.string(), option_name("sequence")));

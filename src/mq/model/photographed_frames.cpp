@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/image/spread.h"
 #include "mq/model/model_signal.h"
@@ -69,7 +70,12 @@ bool names_camera_frames(const std::string& name) {
   return names_cameras(name) || (has_frame_place(name) && !fs::path(name).has_extension());
 }
 
-std::vector<FrameFile> find_camera_frames(const std::string& name, const std::vector<int>& numbers) {
+std::vector<FrameFile> find_camera_frames(const std::string& name, const std::vector<int>& numbers,
+                                          const std::vector<std::string>& images) {
+  require(numbers.size() < 2 || has_frame_place(name) || std::ranges::any_of(images, has_frame_place),
+          fmt::format("{}: its photographs would be those of each of {} frames: {} says where those of each frame are, "
+                      "with a place for the number, such as shots/%04d",
+                      name, numbers.size(), option_name("images")));
   std::vector<FrameFile> files;
   for (const int number : numbers) {
     fs::path path = has_frame_place(name) ? frame_name(name, number) : name;

@@ -27,8 +27,10 @@ struct PhotographedOptions {
 bool names_camera_frames(const std::string& name);
 
 /// Per number what holds the cameras: `name` with the number in its place, or `name` for all of them, as where a rig
-/// stands still. Throws `IoError` naming the first that is not there.
-std::vector<FrameFile> find_camera_frames(const std::string& name, const std::vector<int>& numbers);
+/// stands still. Throws `IoError` naming the first that is not there, and `InvalidInput` where several frames would be
+/// seen in the same photographs: neither `name` nor one of `images` (`PhotographedOptions`) has a place for the number.
+std::vector<FrameFile> find_camera_frames(const std::string& name, const std::vector<int>& numbers,
+                                          const std::vector<std::string>& images);
 
 /// The photographs of one frame, all of which are there. Throws what `read_camera_set` throws, and `IoError` where
 /// there are none.

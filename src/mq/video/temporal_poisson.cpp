@@ -6,6 +6,8 @@
 //
 //     γ m̄ |δ(t) − Σ w δ_before(s) + (1 − η) Dψ(t)|²   adds γ m̄ to the diagonal
 //     and γ m̄ (Σ w δ_before(s) + (η − 1) Dψ(t)) on the right.
+//
+// Sparse matrices are swapped: Eigen copies those that are moved.
 
 #include "mq/video/temporal_poisson.h"
 
@@ -18,6 +20,7 @@
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
 #include "mq/base/words.h"
+#include "mq/video/detail/change_leaders.h"
 
 namespace mq {
 namespace {
@@ -28,7 +31,10 @@ struct Held {
   std::weak_ptr<const SignalSpace> space;
   Vector mass, strength;
   SparseMatrix K;
-  Signal right;  // of the spatial part
+  Signal right;              // of the spatial part
+  TimeLinks links;           // of changes
+  std::vector<int> leaders;  // see `change_leaders`
+  std::vector<char> is_led;  // 1: it changes as its leader does, as it is another texel before or after
 };
 
 /// As `ScreenedPoisson` with a screen of ones.
@@ -90,26 +96,30 @@ class Stream {
     const int missing = end - loaded_, first = loaded_;
     for (; loaded_ < end; ++loaded_) {
       progress.at(double(loaded_ - first) / missing);
-      Held held;
+      Held& held = held_.emplace_back();
       held.frame = load_(loaded_);
       const TemporalFrame& frame = held.frame;
       check_frame(frame, loaded_, int(mass_before_.size()));
       held.mass = positive_mass(*frame.space);
       if (loaded_ > 0)
         held.strength = strengths(frame.links, held.mass, mass_before_, options_.gamma);
-      held.K = diagonal_matrix(held.mass);
+      diagonal_matrix(held.mass).swap(held.K);
       held.right = Signal::Zero(frame.psi.rows(), frame.psi.cols());
       if (options_.weight > 0) {
-        held.K = SparseMatrix(frame.space->regularised_system(0, options_.weight) + held.K);
+        SparseMatrix(frame.space->regularised_system(0, options_.weight) + held.K).swap(held.K);
         if (options_.beta != 1) {
           held.right = frame.space->stiffness_times(frame.psi);
           held.right *= options_.weight * (options_.beta - 1);
         }
       }
+      held.links = frame.links;
+      if (options_.gamma > 0)
+        held.leaders = change_leaders(
+            options_.weight > 0 ? held.K : frame.space->regularised_system(0, 1), held.mass);
       held.space = frame.space;
       held.frame.space.reset();
       mass_before_ = held.mass;
-      held_.push_back(std::move(held));
+      if (options_.gamma > 0 && loaded_ > 0) lead_where_texels_change();
     }
   }
 
@@ -124,11 +134,13 @@ class Stream {
 
   /// The system's; the first frames are not needed again, and hand their matrices over.
   std::vector<TimePlane> planes(int last_time) {
-    std::vector<TimePlane> result;
+    std::vector<TimePlane> result(held_.size());
     for (std::size_t f = 0; f < held_.size(); ++f) {
-      TimePlane plane{{}, held_[f].frame.links, held_[f].strength};
+      TimePlane& plane = result[f];
+      plane.links = held_[f].links;
+      plane.strength = held_[f].strength;
       if (int(f) < last_time)
-        plane.K = std::move(held_[f].K);
+        plane.K.swap(held_[f].K);
       else
         plane.K = held_[f].K;
       if (f == 0) {
@@ -137,7 +149,6 @@ class Stream {
         plane.links = {};
         plane.strength = {};
       }
-      result.push_back(std::move(plane));
     }
     return result;
   }
@@ -151,13 +162,13 @@ class Stream {
       b.middleRows(system.offset(f), held_[f].right.rows()) = held_[f].right;
     }
     for (int f = 0; f < held(); ++f) {
-      const TimeLinks& links = held_[f].frame.links;
+      const TimeLinks &links = held_[f].links, &of_values = held_[f].frame.links;
       const Signal& was = f > 0 ? held_[f - 1].frame.psi : psi_before_;
       for (int t = 0; t < held_[f].strength.size(); ++t) {
         const double d = held_[f].strength[t];
         if (d == 0) continue;
         const Eigen::RowVectorXd force =
-            d * (options_.change - 1) * (held_[f].frame.psi.row(t) - before(links, t, was));
+            d * (options_.change - 1) * (held_[f].frame.psi.row(t) - before(of_values, t, was));
         b.row(system.offset(f) + t) += force;
         if (f == 0) {
           b.row(t) += d * before(links, t, delta_before_);
@@ -170,6 +181,14 @@ class Stream {
     return b;
   }
 
+  /// The change of a frame, once all is solved for.
+  Signal led(int f, Signal delta) const {
+    const Held& held = held_[f];
+    for (std::size_t t = 0; t < held.is_led.size(); ++t)
+      if (held.is_led[t]) delta.row(Eigen::Index(t)) = delta.row(held.leaders[t]);
+    return delta;
+  }
+
   /// Lets the first frames go, the change of the last of which is this.
   void release(int count, const Signal& delta) {
     psi_before_ = std::move(held_[count - 1].frame.psi);
@@ -178,6 +197,44 @@ class Stream {
   }
 
  private:
+  /// A texel at a border of a chart that moves meets the surface of the other frame in few points,
+  /// if any, far outside of what it shows itself: led by squares over these alone it would take on
+  /// √γ times what they differ by, and more.
+  void lead_where_texels_change() {
+    if (held_.size() < 2) return;  // a γ of nearly 0
+    Held &last = held_.back(), &before = held_[held_.size() - 2];
+    const TimeLinks& links = last.frame.links;
+    fade_at_ends(links);
+    last.is_led.assign(last.leaders.size(), 0);
+    std::vector<char> ends(before.leaders.size(), 1);
+    bool changes = false;
+    for (int t = 0; t < links.rows(); ++t) {
+      const int same = links.same(t);
+      last.is_led[std::size_t(t)] = same < 0 && last.leaders[std::size_t(t)] >= 0;
+      if (same >= 0) ends[std::size_t(same)] = 0;
+      changes = changes || same < 0;
+    }
+    before.is_led.resize(ends.size(), 0);
+    for (std::size_t s = 0; s < ends.size(); ++s)
+      if (ends[s] && before.leaders[s] >= 0) before.is_led[s] = 1;
+    if (!changes) return;
+    last.links = led_links(links, last.leaders, before.leaders);
+    for (int t = 0; t < links.rows(); ++t)
+      if (!last.links.linked(t)) last.strength[t] = 0;
+  }
+
+  /// Where surface begins or ends between the last two frames it would stay as it is, beside what
+  /// time has changed: what changes there goes on smoothly from what is beside it.
+  void fade_at_ends(const TimeLinks& links) {
+    if (options_.beta != 1 || links.entries.empty()) return;
+    Held &last = held_.back(), &before = held_[held_.size() - 2];
+    std::vector<char> begins(last.leaders.size()), ends(before.leaders.size(), 1);
+    for (std::size_t t = 0; t < begins.size(); ++t) begins[t] = !links.linked(int(t));
+    for (const TimeLinks::Entry& entry : links.entries) ends[std::size_t(entry.column)] = 0;
+    add_differences(begins, last.mass, options_.gamma, last.K);
+    add_differences(ends, before.mass, options_.gamma, before.K);
+  }
+
   int frames_;
   const std::function<TemporalFrame(int)>& load_;
   const TemporalOptions& options_;
@@ -271,7 +328,7 @@ TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(in
     Signal last;
     for (int f = 0; f < keep; ++f) {
       const TemporalFrame& frame = stream.whole_frame(f);
-      last = delta.middleRows(system.offset(f), frame.psi.rows());
+      last = stream.led(f, delta.middleRows(system.offset(f), frame.psi.rows()));
       store(begin + f, frame, frame.psi + last);
     }
     stream.release(keep, last);

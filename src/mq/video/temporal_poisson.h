@@ -69,6 +69,13 @@ int frames_held(int frames, const TemporalOptions& options);
 ///
 ///     (1 + βwλ + η γ 2(1 − cos ω)) / (1 + wλ + γ 2(1 − cos ω)).
 ///
+/// What of this borders decide is not left to so few terms, where charts change with γ > 0. The texels that show less
+/// than half of what one beside them shows and are another texel in the frame before or after have that one's change
+/// φ − ψ, in these terms too: squares over the few points where they meet the other frame would have them overshoot by
+/// √γ times what frames differ by. And γ Σ min(m_t, m_u) (δ_t − δ_u)² over pairs beside each other, δ = φ − ψ, is added
+/// where one of them begins in this frame or ends in it (β = 1 alone: else that would be in the way of gradients): what
+/// time changes does not end in a step, but fades over about √γ texels.
+///
 /// w = 0 filters each texel alone; γ = 0 each frame, as `ScreenedPoisson` with a screen of ones
 /// does (the same lumped mass). What is solved for is the change φ − ψ: where none is asked for ψ
 /// comes back bit for bit.

@@ -169,7 +169,7 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
     require(has_atlas(reader), fmt::format("--from: photographs are projected into an atlas, and {} has no texture "
                                            "coordinates: unwrap it first",
                                            reader.manifest().string()));
-    find_camera_frames(options.text("from"), numbers);
+    find_camera_frames(options.text("from"), numbers, options.texts("images"));
   } else {
     find_frames(options.text("from"), numbers);  // refused now where one is missing
   }
@@ -183,7 +183,7 @@ void will_read_captured(Run& run, const std::vector<int>& numbers, const std::ve
   const OptionValues& options = run.options();
   refuse_what_is_of_others(options);
   if (names_camera_frames(options.text("from"))) {
-    for (const FrameFile& frame : find_camera_frames(options.text("from"), numbers)) {
+    for (const FrameFile& frame : find_camera_frames(options.text("from"), numbers, options.texts("images"))) {
       if (!std::filesystem::is_directory(frame.path)) run.will_read(frame.path);
       for (const Photograph& one : photographs_of_frame(frame, asked_photographs(options))) run.will_read(one.picture);
     }

@@ -6,6 +6,8 @@
 // one. Where links are no identities (charts that were laid out anew) WᵀdW has entries off the
 // diagonal; the plane solver gets the diagonal matrix of its rows' sums of magnitudes instead,
 // which is larger: relaxation stays convergent, and the matrix keeps the pattern of K.
+//
+// Eigen's sparse matrices are copied where others are moved: they are swapped here, or made in place.
 
 #include "mq/video/detail/time_multigrid.h"
 
@@ -211,7 +213,8 @@ TimeMultigrid::TimeMultigrid(std::vector<TimePlane> planes, const PlaneSolver& s
                         plane.links.rows(), plane.strength.size()));
     frames.push_back(int(f));
   }
-  for (TimePlane& plane : planes) K.push_back(std::move(plane.K));
+  K.resize(planes.size());
+  for (std::size_t f = 0; f < planes.size(); ++f) K[f].swap(planes[f].K);
   std::vector<int> offsets = offsets_of(K);
   SparseMatrix T = link_matrix(planes, offsets);
   for (TimePlane& plane : planes) links.push_back(std::move(plane.links));
@@ -220,7 +223,7 @@ TimeMultigrid::TimeMultigrid(std::vector<TimePlane> planes, const PlaneSolver& s
   while (true) {
     const bool coarsest = frames.size() == 1 || int(levels_.size()) + 1 >= options.most_levels ||
                           coupling(K, T) < 0.5;
-    Level level;
+    Level& level = levels_.emplace_back();
     level.offsets = offsets;
     level.planes.resize(frames.size());
     const double share = coarsest ? left : left / 2;
@@ -234,20 +237,17 @@ TimeMultigrid::TimeMultigrid(std::vector<TimePlane> planes, const PlaneSolver& s
           progress.at(1 - left - share + share * ++done / double(frames.size()));
         },
         1);
-    level.A = with_links(K, T, offsets);
-    if (coarsest) {
-      levels_.push_back(std::move(level));
-      break;
-    }
-    std::vector<SparseMatrix> coarse_K;
+    with_links(K, T, offsets).swap(level.A);
+    if (coarsest) break;
+    std::vector<SparseMatrix> coarse_K((frames.size() + 1) / 2);
     std::vector<int> coarse_frames;
     for (std::size_t f = 0; f < frames.size(); f += 2) {
-      coarse_K.push_back(std::move(K[f]));
+      coarse_K[f / 2].swap(K[f]);
       coarse_frames.push_back(frames[f]);
     }
     K.clear();
     const std::vector<int> coarse_offsets = offsets_of(coarse_K);
-    level.P = interpolation(links, offsets, coarse_offsets);
+    interpolation(links, offsets, coarse_offsets).swap(level.P);
     level.R = level.P.transpose();
     const Vector coarse_count = level.R * count;
     for (std::size_t f = 0; f < coarse_K.size(); ++f) {
@@ -256,12 +256,11 @@ TimeMultigrid::TimeMultigrid(std::vector<TimePlane> planes, const PlaneSolver& s
                      count.segment(offsets[2 * f], rows).mean();
     }
     count = coarse_count;
-    T = SparseMatrix(level.R * SparseMatrix(T * level.P));
+    SparseMatrix(level.R * SparseMatrix(T * level.P)).swap(T);
     links = coarse_links(links);
     K = std::move(coarse_K);
     frames = std::move(coarse_frames);
     offsets = coarse_offsets;
-    levels_.push_back(std::move(level));
   }
 }
 
@@ -288,25 +287,26 @@ void TimeMultigrid::descend(std::size_t l, const Signal& b, Signal& x) const {
   }
   relax(level, 0, b, x);
   relax(level, 1, b, x);
-  Signal r(b.rows(), b.cols());
+  Signal& r = level.residual;
+  r.resize(b.rows(), b.cols());
   parallel_for(b.rows(), [&](std::int64_t row) {
     r.row(row) = b.row(row);
     for (SparseMatrix::InnerIterator entry(level.A, row); entry; ++entry)
       r.row(row) -= entry.value() * x.row(entry.col());
   });
-  const auto times = [](const SparseMatrix& A, const Signal& v) {
-    Signal y(A.rows(), v.cols());
+  const auto multiply_into = [](const SparseMatrix& A, const Signal& v, Signal& y) {
+    y.resize(A.rows(), v.cols());
     parallel_for(A.rows(), [&](std::int64_t row) {
       y.row(row).setZero();
       for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
         y.row(row) += entry.value() * v.row(entry.col());
     });
-    return y;
   };
-  const Signal below = times(level.R, r);
-  Signal correction = Signal::Zero(below.rows(), below.cols());
-  descend(l + 1, below, correction);
-  x += times(level.P, correction);
+  multiply_into(level.R, r, level.below);
+  level.correction.setZero(level.below.rows(), level.below.cols());
+  descend(l + 1, level.below, level.correction);
+  multiply_into(level.P, level.correction, level.change);
+  x += level.change;
   relax(level, 1, b, x);
   relax(level, 0, b, x);
 }

@@ -1,6 +1,7 @@
 #pragma once
 /// Multigrid for frames that are coupled in time.
 
+#include <deque>
 #include <functional>
 #include <vector>
 
@@ -58,7 +59,8 @@ class TimeMultigrid {
   TimeMultigrid(std::vector<TimePlane> planes, const PlaneSolver& solver,
                 const TimeMultigridOptions& options = {}, const Progress& progress = {});
 
-  /// Z = C·R with C ≈ A⁻¹ symmetric and positive definite.
+  /// Z = C·R with C ≈ A⁻¹ symmetric and positive definite. One at a time: vectors are kept from one
+  /// to the next.
   void cycle(const Signal& R, Signal& Z) const;
 
   /// Conjugate gradients around the cycle. Throws as `conjugate_gradients`.
@@ -74,13 +76,14 @@ class TimeMultigrid {
     std::vector<int> offsets = {0};  ///< of the frames' first unknowns, and the end
     std::vector<Preconditioner> planes;
     SparseMatrix P, R;  ///< from the coarser level, and its transpose; empty on the coarsest
+    mutable Signal residual, below, correction, change;  ///< of a cycle, kept for the next
     int frames() const { return int(planes.size()); }
   };
 
   void relax(const Level& level, int parity, const Signal& b, Signal& x) const;
   void descend(std::size_t level, const Signal& b, Signal& x) const;
 
-  std::vector<Level> levels_;
+  std::deque<Level> levels_;
   TimeMultigridOptions options_;
 };
 
