@@ -25,7 +25,7 @@ constexpr const char* module_name = "libmarquetry_scratch.so";
 constexpr const char* module_words = "MARQUETRY_SCRATCH";
 /// Programs, libraries and small blocks take about 60 MB.
 constexpr std::int64_t least_memory = 100'000'000;
-/// Below this what is worked on is read from the disk again and again (docs/measurements/memory.md).
+/// Below this hardly more stays in memory than what is not in the file.
 constexpr std::int64_t little_memory = 200'000'000;
 constexpr const char* wanted_memory = "100MB or more, as 8GB, 500MB or 50%";
 
@@ -133,8 +133,8 @@ void start_with_scratch(const std::vector<std::string>& words) {
 
 void warn_of_little_memory(const OptionValues& options, Messages& messages) {
   if (!options.given("memory") || parse_memory(options.text("memory")).value_or(little_memory) >= little_memory) return;
-  messages.warning(fmt::format("--memory: {} is little: libraries and small blocks take 100 MB and more of it, and what is "
-                               "worked on is read from the disk again and again; 200MB or more can be many times as fast",
+  messages.warning(fmt::format("--memory: {} is little: libraries and small blocks take 100 MB and more of it, so that what "
+                               "is worked on may be read from the disk again and again: give it more if that takes long",
                                options.text("memory")));
 }
 
