@@ -114,8 +114,19 @@ TEST(Relight, FollowsNothingWhereNothingSlides) {
   make_film(folder, [](int, int, int, int) { return 0.0; });
   ASSERT_EQ(marquetry(folder, relight({"--alpha", "0", "--radius", "3", "--drift", "follow"})).status, 0);
   for (const int f : {0, 5, 11}) expect_kept_in_triangles(folder, f, 1.01 / 255);
-  EXPECT_THAT(marquetry(folder, relight({"--method", "poisson", "--drift", "follow"})).error,
-              HasSubstr("--drift: only --method mean has it"));
+  // Where triangles are replaced the film changes, with drift or not.
+  const std::vector<std::string> poisson = {"--method", "poisson", "--gamma", "16", "--drift"};
+  for (const char* how : {"ignore", "follow"}) {
+    std::vector<std::string> options = poisson;
+    options.push_back(how);
+    ASSERT_EQ(marquetry(folder, relight(options, std::string(how) + "_%d.png")).status, 0);
+  }
+  for (const int f : {0, 5, 11}) {
+    const std::string name = "_" + std::to_string(f) + ".png";
+    const Image<float> one = read_texture(folder / ("ignore" + name)).pixels,
+                       other = read_texture(folder / ("follow" + name)).pixels;
+    for (std::size_t i = 0; i < one.values().size(); ++i) ASSERT_NEAR(one.values()[i], other.values()[i], 1.01 / 255) << f;
+  }
 }
 
 TEST(Relight, WritesModelsAndVideosToo) {

@@ -63,8 +63,7 @@ void refuse_of_other_method(const OptionValues& options) {
   for (const char* name : {"gamma", "beta", "change", "hold", "accuracy"})
     require(!mean || !asks_for(options, name),
             fmt::format("--{}: only --method poisson has it", name));
-  for (const char* name : {"radius", "drift"})
-    require(mean || !asks_for(options, name), fmt::format("--{}: only --method mean has it", name));
+  require(mean || !asks_for(options, "radius"), "--radius: only --method mean has it");
 }
 
 std::string in_words(const Json& result, const TemporalReport& report) {
@@ -153,6 +152,16 @@ void add_time_options(OptionTable& table) {
   add_spread_options(table, defaults.spread, "Filter",
                      "weight of gradients in space against values of the mean or the frame", false,
                      "0 takes all from the mean, and leaves the frames to --gamma alone.");
+  table.add({.name = "drift",
+             .type = Type::choice,
+             .default_value = "ignore",
+             .choices = {"ignore", "follow"},
+             .metavar = "HOW",
+             .group = "Filter",
+             .help = "ignore or follow",
+             .details = "What is not tracked exactly slides over the texels, and is blurred in time. follow: where it slid "
+                        "to is found by optical flow from frame to frame, and means are taken there, and changes; each "
+                        "frame stays where it was."});
   table.add({.name = "radius",
              .type = Type::integer,
              .default_value = as_typed(defaults.radius),
@@ -161,16 +170,6 @@ void add_time_options(OptionTable& table) {
              .most = 1000,
              .group = "Mean",
              .help = "how far a mean reaches to either side"});
-  table.add({.name = "drift",
-             .type = Type::choice,
-             .default_value = "ignore",
-             .choices = {"ignore", "follow"},
-             .metavar = "HOW",
-             .group = "Mean",
-             .help = "ignore or follow",
-             .details = "What is not tracked exactly slides over the texels, and a mean blurs it. follow: where it slid to "
-                        "is found by optical flow from frame to frame, and means are taken there; each frame stays "
-                        "where it was."});
   table.add({.name = "gamma",
              .type = Type::number,
              .default_value = as_typed(defaults.poisson.gamma),

@@ -34,7 +34,7 @@ struct RelightOptions {
   /// What is done where the surface was not tracked exactly and slides under what frames show.
   enum class Drift {
     ignore,  ///< a texel is a point of the surface
-    follow   ///< its colours say where it slid to (`FrameDrift`); of `mean` only
+    follow   ///< its colours say where it slid to (`FrameDrift`)
   } drift = Drift::ignore;
 
   /// Of `poisson`; `weight` and the solver's tolerance are those above.

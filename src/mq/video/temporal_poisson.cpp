@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/base/parallel.h"
 #include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/video/detail/change_leaders.h"
@@ -32,6 +33,7 @@ struct Held {
   Vector mass, strength;
   SparseMatrix K;
   Signal right;              // of the spatial part
+  Signal slid;               // of the change from the frame before what only slid; no rows: nothing
   TimeLinks links;           // of changes
   std::vector<int> leaders;  // see `change_leaders`
   std::vector<char> is_led;  // 1: it changes as its leader does, as it is another texel before or after
@@ -86,6 +88,20 @@ Eigen::RowVectorXd before(const TimeLinks& links, int t, const Signal& v) {
   return sum;
 }
 
+/// By how much texels differ from the frame before as the surface slid under them: half-way between what that one
+/// shows where their points were, and what this one shows where its points went. No rows where nothing was followed.
+Signal slid_change(const TemporalFrame& was, const TemporalFrame& is) {
+  if (!was.drift || !is.drift || !is.drift->follows()) return {};
+  const std::vector<ChartPlace> from = is.drift->before(is.drift->starts()),
+                                to = is.drift->after(was.drift->starts());
+  Signal slid = Signal::Zero(is.psi.rows(), is.psi.cols());
+  parallel_for(is.psi.rows(), [&](std::int64_t t) {
+    if (const int s = is.links.same(int(t)); s >= 0)
+      slid.row(t) = 0.5 * (was.drift->change(was.psi, s, from[t]) - is.drift->change(is.psi, int(t), to[s]));
+  });
+  return slid;
+}
+
 class Stream {
  public:
   Stream(int frames, const std::function<TemporalFrame(int)>& load, const TemporalOptions& options)
@@ -120,6 +136,10 @@ class Stream {
       held.frame.space.reset();
       mass_before_ = held.mass;
       if (options_.gamma > 0 && loaded_ > 0) lead_where_texels_change();
+      if (held_.size() < 2) continue;
+      TemporalFrame& last = held_[held_.size() - 2].frame;
+      held.slid = slid_change(last, held.frame);
+      last.drift.reset();
     }
   }
 
@@ -167,8 +187,9 @@ class Stream {
       for (int t = 0; t < held_[f].strength.size(); ++t) {
         const double d = held_[f].strength[t];
         if (d == 0) continue;
-        const Eigen::RowVectorXd force =
-            d * (options_.change - 1) * (held_[f].frame.psi.row(t) - before(of_values, t, was));
+        Eigen::RowVectorXd change = held_[f].frame.psi.row(t) - before(of_values, t, was);
+        if (held_[f].slid.rows() > 0) change -= held_[f].slid.row(t);
+        const Eigen::RowVectorXd force = d * (options_.change - 1) * change;
         b.row(system.offset(f) + t) += force;
         if (f == 0) {
           b.row(t) += d * before(links, t, delta_before_);

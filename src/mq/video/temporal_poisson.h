@@ -30,7 +30,7 @@ struct TemporalFrame {
   std::shared_ptr<const Texels> texels;  ///< of the space, for multigrid; none: planes are factored
   Signal psi;
   TimeLinks links;  ///< to the frame before; no rows in the first
-  /// Where points slid to over the texels, of every frame or of none; `remove_lighting` alone follows it.
+  /// Where points slid to over the texels, of every frame or of none.
   std::shared_ptr<const FrameDrift> drift = {};
 };
 
@@ -75,6 +75,11 @@ int frames_held(int frames, const TemporalOptions& options);
 /// √γ times what frames differ by. And γ Σ min(m_t, m_u) (δ_t − δ_u)² over pairs beside each other, δ = φ − ψ, is added
 /// where one of them begins in this frame or ends in it (β = 1 alone: else that would be in the way of gradients): what
 /// time changes does not end in a step, but fades over about √γ texels.
+///
+/// Where frames have a `drift`, what ψ changes by as the surface slides under its texels is left as it is, and η is of the
+/// rest: Dψ is ν + (Dψ − ν), ν the mean of ψ_{f−1}(p) − ψ_{f−1}(t), p where the point of texel t was, and of
+/// ψ_f(t) − ψ_f(q), q where it went to of the frame before. So the change φ − ψ is that of light, and frames stay
+/// sharp where surfaces are not tracked exactly.
 ///
 /// w = 0 filters each texel alone; γ = 0 each frame, as `ScreenedPoisson` with a screen of ones
 /// does (the same lumped mass). What is solved for is the change φ − ψ: where none is asked for ψ
