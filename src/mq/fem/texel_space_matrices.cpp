@@ -335,13 +335,13 @@ void TexelSpace::Data::hold_weak(double a, double b, const StencilLayout& layout
     (stencil[std::size_t(i)] ? A.at(i, Coupling::centre) : *entry_of(irregular, i, i)) += weight;
   };
   for_each_held(a, b, [&](int i, int j, double weight) {
-    const bool both = stencil[std::size_t(i)] && stencil[std::size_t(j)];
-    if (!stencil[std::size_t(i)] && !stencil[std::size_t(j)] && !entry_of(irregular, i, j)) return;
+    const bool beside_stencils = stencil[std::size_t(i)] || stencil[std::size_t(j)];
+    if (!beside_stencils && !entry_of(irregular, i, j)) return;
     for (const auto& [row, column] : {std::pair(i, j), {j, i}}) {
       if (!stencil[std::size_t(row)]) *entry_of(irregular, row, column) -= weight;
       add_to_diagonal(row, weight);
     }
-    if (!both && !stencil[std::size_t(i)] && !stencil[std::size_t(j)]) return;
+    if (!beside_stencils) return;
     // Beside a stencil nothing wraps around.
     const Texels::Place &p = texels.places[std::size_t(i)], &q = texels.places[std::size_t(j)];
     const bool first = p.y < q.y || (p.y == q.y && p.x < q.x);

@@ -77,37 +77,36 @@ void copy_row(const SparseMatrix& from, int k, SparseMatrix& to) {
   std::copy_n(from.valuePtr() + begin, count, to.valuePtr() + at);
 }
 
+/// The stencils that are wanted, and of the other rows what is listed.
+template <class IsWanted>
+void compress(const StencilRows& A, const StencilLayout& layout, const IsWanted& is_wanted, SparseMatrix& to) {
+  const std::vector<int> run_of = runs_of_rows(layout);
+  const auto from_run = [&](int k) { return run_of[std::size_t(k)] >= 0 && is_wanted(k); };
+  begin_rows(to, [&](int k) { return from_run(k) ? 9 : size_of_row(A.listed(), k); });
+  parallel_for(layout.rows, [&](std::int64_t k) {
+    if (!from_run(int(k))) return copy_row(A.listed(), int(k), to);
+    const StencilRun& run = layout.runs[std::size_t(run_of[std::size_t(k)])];
+    const int at = to.outerIndexPtr()[k], i = int(k) - run.first;
+    std::ranges::copy(stencil_columns(run, i), to.innerIndexPtr() + at);
+    std::ranges::copy(A.stencil(run, i), to.valuePtr() + at);
+  }, 4096);
+}
+
 }  // namespace
 
 void StencilRows::list_clustered(const StencilLayout& layout) {
   if (!own_ || layout.clustered.empty()) return;
-  const std::vector<int> run_of = runs_of_rows(layout);
   std::vector<char> clustered(std::size_t(layout.rows), 0);
   for (const int k : layout.clustered) clustered[std::size_t(k)] = 1;
   auto all = std::make_unique<SparseMatrix>(layout.rows, layout.rows);
-  begin_rows(*all, [&](int k) { return clustered[std::size_t(k)] ? 9 : size_of_row(*own_, k); });
-  parallel_for(layout.rows, [&](std::int64_t k) {
-    if (!clustered[std::size_t(k)]) return copy_row(*own_, int(k), *all);
-    const StencilRun& run = layout.runs[std::size_t(run_of[std::size_t(k)])];
-    const int at = all->outerIndexPtr()[k], i = int(k) - run.first;
-    std::ranges::copy(stencil_columns(run, i), all->innerIndexPtr() + at);
-    std::ranges::copy(stencil(run, i), all->valuePtr() + at);
-  }, 4096);
+  compress(*this, layout, [&](int k) { return clustered[std::size_t(k)] != 0; }, *all);
   own_ = std::move(all);
   listed_ = own_.get();
 }
 
 SparseMatrix StencilRows::matrix(const StencilLayout& layout) const {
-  const std::vector<int> run_of = runs_of_rows(layout);
   SparseMatrix A(layout.rows, layout.rows);
-  begin_rows(A, [&](int k) { return run_of[std::size_t(k)] < 0 ? size_of_row(*listed_, k) : 9; });
-  parallel_for(layout.rows, [&](std::int64_t k) {
-    if (run_of[std::size_t(k)] < 0) return copy_row(*listed_, int(k), A);
-    const StencilRun& run = layout.runs[std::size_t(run_of[std::size_t(k)])];
-    const int at = A.outerIndexPtr()[k], i = int(k) - run.first;
-    std::ranges::copy(stencil_columns(run, i), A.innerIndexPtr() + at);
-    std::ranges::copy(stencil(run, i), A.valuePtr() + at);
-  }, 4096);
+  compress(*this, layout, [](int) { return true; }, A);
   return A;
 }
 

@@ -18,8 +18,8 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
-#include "mq/base/parallel.h"
 #include "mq/base/option_names.h"
+#include "mq/base/parallel.h"
 #include "mq/base/words.h"
 #include "mq/video/detail/change_leaders.h"
 
