@@ -220,7 +220,7 @@ void RollingAtlas::pack_all(const Progress& progress) {
     }
     const double filled = area * packing.scale * packing.scale / (double(unwrap.width) * unwrap.height);
     if (i == 0 && filled >= enough_filled) cuts = 1;
-    if (filled <= most) continue;
+    if (i > 0 && filled <= most) continue;
     most = filled;
     best = std::move(parts);
     scale_ = packing.scale;
