@@ -1,10 +1,15 @@
 #include "mq/io/detail/plain_png.h"
 
 #include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <utility>
 
 #include "io/folder.h"
 #include "io/picture_bytes.h"
 #include "mq/io/detail/picture_codec.h"
+#include "mq/io/detail/png_strips.h"
 
 using namespace mq;
 
@@ -15,11 +20,11 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 }
 
 /// Values that all filters, borders and byte orders leave traces in; some beyond 0 and 1.
-Texture pattern(int channels, Depth depth) {
+Texture pattern(int channels, Depth depth, int width = 37, int height = 21) {
   Texture texture;
-  texture.pixels = Image<float>(37, 21, channels);
-  for (int y = 0; y < 21; ++y)
-    for (int x = 0; x < 37; ++x)
+  texture.pixels = Image<float>(width, height, channels);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
       for (int c = 0; c < channels; ++c)
         texture.pixels(x, y, c) = float((x * x * 7 + y * 13 * (c + 1) + x * y) % 300 - 10) / 280.0F;
   texture.format.depth = depth;
@@ -48,6 +53,51 @@ TEST(PlainPng, IsWhatOpenImageIoReadsAndWrites) {
         EXPECT_EQ(info->height, 21);
       }
     }
+}
+
+// Pictures of several strips, of rows shorter than what deflate looks back to, and of one row in a strip.
+TEST(PlainPng, OfManyStripsIsReadByOthers) {
+  for (const auto& [width, height] : {std::pair(611, 1500), std::pair(1, 32768), std::pair(32768, 5)}) {
+    const Texture texture = pattern(4, Depth::u16, width, height);
+    const EncodedPicture encoded = plain_png_bytes(texture, "p", format_named("png"), {});
+    const auto plain = read_plain_png(encoded.bytes, {});
+    ASSERT_TRUE(plain.has_value()) << width;
+    for (std::size_t i = 0; i < texture.pixels.values().size(); ++i)
+      ASSERT_NEAR(plain->pixels.values()[i], std::clamp(texture.pixels.values()[i], 0.0F, 1.0F), 0.501 / 65535) << i;
+    const Texture read = picture_codec().read(encoded.bytes, "p", {}, NotFinite::refuse, "");
+    EXPECT_TRUE(std::ranges::equal(plain->pixels.values(), read.pixels.values())) << width;
+  }
+}
+
+// Strips are one stream whose check sum zlib confirms, and as small, to half a hundredth, as if it had not been cut.
+TEST(PngStrips, AreOneStreamAsSmallAsIfItWereNotCut) {
+  constexpr int width = 1200, height = 1400, level = 4;
+  const auto row = [](int y, std::uint8_t* to) {
+    for (int x = 0; x < width; ++x) to[x] = std::uint8_t((x / 7 * y / 11 + (x * y) % 5) & 255);
+  };
+  const PngStrips strips(height, width, 1, level, Z_FILTERED);
+  ASSERT_GT(strips.count(), 2);
+  std::vector<std::uint8_t> stream;
+  std::uint32_t sum = 1;
+  for (int s = 0; s < strips.count(); ++s) {
+    const PngStrips::Strip strip = strips.compress(s, row);
+    stream.insert(stream.end(), strip.bytes.begin(), strip.bytes.end());
+    sum = PngStrips::sum(sum, strip);
+  }
+  for (const int shift : {24, 16, 8, 0}) stream.push_back(std::uint8_t(sum >> shift));
+
+  std::vector<std::uint8_t> rows((width + 1) * height);
+  uLongf size = rows.size();
+  ASSERT_EQ(uncompress(rows.data(), &size, stream.data(), stream.size()), Z_OK);
+  ASSERT_EQ(size, rows.size());
+  z_stream whole{};
+  ASSERT_EQ(deflateInit2(&whole, level, Z_DEFLATED, 15, 8, Z_FILTERED), Z_OK);
+  std::vector<std::uint8_t> room(deflateBound(&whole, rows.size()));
+  whole.next_in = rows.data(), whole.avail_in = uInt(rows.size());
+  whole.next_out = room.data(), whole.avail_out = uInt(room.size());
+  EXPECT_EQ(deflate(&whole, Z_FINISH), Z_STREAM_END);
+  EXPECT_LT(double(stream.size()), 1.005 * double(whole.total_out));
+  deflateEnd(&whole);
 }
 
 TEST(PlainPng, TakesEveryFilterOff) {
