@@ -1,7 +1,9 @@
 #include "mq/linear/transfer.h"
 
 #include <algorithm>
+#include <utility>
 
+#include "mq/base/inverse_lists.h"
 #include "mq/base/parallel.h"
 
 namespace mq {
@@ -36,14 +38,18 @@ void around_moved(std::span<const int> rows, std::int64_t begin, std::int64_t en
 
 SparseTransfer::SparseTransfer(std::vector<int> starts, std::vector<WeightedIndex> entries,
                                int coarse_rows)
-    : starts_(std::move(starts)), child_starts_(coarse_rows + 1, 0), entries_(std::move(entries)),
-      child_entries_(entries_.size()) {
-  for (const WeightedIndex& e : entries_) ++child_starts_[e.index + 1];
-  for (int i = 0; i < coarse_rows; ++i) child_starts_[i + 1] += child_starts_[i];
-  std::vector<int> at(child_starts_.begin(), child_starts_.end() - 1);
-  for (int i = 0; i < fine_rows(); ++i)
-    for (int e = starts_[i]; e < starts_[i + 1]; ++e)
-      child_entries_[at[entries_[e].index]++] = {i, entries_[e].weight};
+    : starts_(std::move(starts)), entries_(std::move(entries)) {
+  InverseLists<WeightedIndex> children = inverse_lists<WeightedIndex>(
+      fine_rows(), coarse_rows,
+      [&](std::int64_t fine, const auto& name) {
+        for (int e = starts_[fine]; e < starts_[fine + 1]; ++e)
+          name(entries_[e].index, WeightedIndex{int(fine), entries_[e].weight});
+      },
+      [](const WeightedIndex& a, const WeightedIndex& b) {
+        return std::pair(a.index, a.weight) < std::pair(b.index, b.weight);
+      });
+  child_starts_ = std::move(children.starts);
+  child_entries_ = std::move(children.items);
 }
 
 int SparseTransfer::parents(int fine, std::array<WeightedIndex, 4>& out) const {

@@ -1,7 +1,8 @@
 /// Sampling: points in order; one that no chosen point has reached is chosen, and reaches others along
 /// the graph by Dijkstra's algorithm as far as its radius. A point belongs to the chosen one from
 /// which the way is shortest (graph Voronoi cells). Cells are adjacent where an edge of the graph
-/// runs between them.
+/// runs between them. Of very many points consecutive ones are sampled by themselves, so that threads can do it side by
+/// side; a cell more for every fifty, where they meet, is the price.
 
 #include "mq/fem/detail/surface_graph.h"
 
@@ -14,6 +15,7 @@
 
 #include <Eigen/Dense>
 
+#include "mq/base/inverse_lists.h"
 #include "mq/base/parallel.h"
 
 namespace mq {
@@ -64,35 +66,56 @@ std::vector<float> graded(const SparseMatrix& A, const SurfacePoints& points) {
   return spacing;
 }
 
-Cells sample(const SparseMatrix& A, const SurfacePoints& points, double radius) {
-  const int n = int(A.rows());
-  Cells cells;
-  cells.owner.assign(n, -1);
-  std::vector<float> distance(n, std::numeric_limits<float>::infinity());
+constexpr int sampled_at_once = 1 << 18;
+
+/// Samples points `begin` … `end` − 1. Their owners are counted from the first centre that is returned.
+std::vector<int> sample_some(const SparseMatrix& A, const SurfacePoints& points, double radius, int begin, int end,
+                             std::vector<int>& owner) {
+  std::vector<int> centres;
+  std::vector<float> distance(std::size_t(end - begin), std::numeric_limits<float>::infinity());
+  const auto way_to = [&](int i) -> float& { return distance[std::size_t(i - begin)]; };
   using Reached = std::pair<float, int>;
   std::priority_queue<Reached, std::vector<Reached>, std::greater<>> queue;
-  for (int centre = 0; centre < n; ++centre) {
-    if (cells.owner[centre] >= 0) continue;
-    const int cell = int(cells.centres.size());
-    cells.centres.push_back(centre);
-    cells.owner[centre] = cell;
-    distance[centre] = 0;
+  for (int centre = begin; centre < end; ++centre) {
+    if (owner[centre] >= 0) continue;
+    const int cell = int(centres.size());
+    centres.push_back(centre);
+    owner[centre] = cell;
+    way_to(centre) = 0;
     queue.emplace(0.0f, centre);
     while (!queue.empty()) {
       const auto [way, i] = queue.top();
       queue.pop();
-      if (way > distance[i] || cells.owner[i] != cell) continue;
+      if (way > way_to(i) || owner[i] != cell) continue;
       for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry) {
         const int j = int(entry.col());
+        if (j < begin || j >= end) continue;
         const float to_j = way + (point(points, i) - point(points, j)).norm();
         const float reach = float(radius) * std::min(points.spacing[centre], points.spacing[j]);
-        if (to_j > reach || to_j >= distance[j]) continue;
-        distance[j] = to_j;
-        cells.owner[j] = cell;
+        if (to_j > reach || to_j >= way_to(j)) continue;
+        way_to(j) = to_j;
+        owner[j] = cell;
         queue.emplace(to_j, j);
       }
     }
   }
+  return centres;
+}
+
+Cells sample(const SparseMatrix& A, const SurfacePoints& points, double radius) {
+  const int n = int(A.rows());
+  Cells cells;
+  cells.owner.assign(n, -1);
+  std::vector<std::vector<int>> centres(n / sampled_at_once + 1);
+  parallel_blocks(n, sampled_at_once, [&](std::int64_t begin, std::int64_t end) {
+    centres[begin / sampled_at_once] = sample_some(A, points, radius, int(begin), int(end), cells.owner);
+  });
+  std::vector<int> before(1, 0);
+  for (const auto& some : centres) {
+    before.push_back(before.back() + int(some.size()));
+    cells.centres.insert(cells.centres.end(), some.begin(), some.end());
+  }
+  parallel_for(n, [&](std::int64_t i) { cells.owner[i] += before[i / sampled_at_once]; });
   return cells;
 }
 
@@ -106,20 +129,19 @@ struct Adjacency {
   bool adjacent(int a, int b) const { return std::binary_search(begin(a), end(a), b); }
 };
 
-/// The points of every cell, as compressed lists.
-struct Members {
-  std::vector<int> starts, points;
-
-  explicit Members(const Cells& cells) : starts(cells.centres.size() + 1, 0), points(cells.owner.size()) {
-    for (const int c : cells.owner) ++starts[c + 1];
-    for (std::size_t c = 1; c < starts.size(); ++c) starts[c] += starts[c - 1];
-    std::vector<int> at(starts.begin(), starts.end() - 1);
-    for (int i = 0; i < int(cells.owner.size()); ++i) points[at[cells.owner[i]]++] = i;
-  }
+/// The points of every cell.
+class Members {
+ public:
+  explicit Members(const Cells& cells)
+      : lists_(inverse_lists<int>(std::ssize(cells.owner), std::ssize(cells.centres),
+                                  [&](std::int64_t i, const auto& name) { name(cells.owner[i], int(i)); })) {}
 
   std::span<const int> of(std::int64_t cell) const {
-    return {points.data() + starts[cell], std::size_t(starts[cell + 1] - starts[cell])};
+    return {lists_.items.data() + lists_.starts[cell], std::size_t(lists_.starts[cell + 1] - lists_.starts[cell])};
   }
+
+ private:
+  InverseLists<int> lists_;
 };
 
 Adjacency adjacency_of(const SparseMatrix& A, const Cells& cells, const Members& members) {
@@ -143,8 +165,9 @@ Adjacency adjacency_of(const SparseMatrix& A, const Cells& cells, const Members&
   result.starts.assign(count + 1, 0);
   for (int c = 0; c < count; ++c) result.starts[c + 1] = result.starts[c] + int(lists[c].size());
   result.cells.resize(result.starts[count]);
-  for (int c = 0; c < count; ++c)
+  parallel_for(count, [&](std::int64_t c) {
     std::copy(lists[c].begin(), lists[c].end(), result.cells.begin() + result.starts[c]);
+  });
   return result;
 }
 
@@ -279,8 +302,8 @@ GraphCoarsening coarsen_graph(const SparseMatrix& A, const SurfacePoints& given,
   std::vector<int> starts(n + 1, 0);
   for (int i = 0; i < n; ++i) starts[i + 1] = starts[i] + rows[i].count;
   std::vector<WeightedIndex> entries(starts[n]);
-  for (int i = 0; i < n; ++i)
-    std::copy_n(rows[i].entries.begin(), rows[i].count, entries.begin() + starts[i]);
+  parallel_for(
+      n, [&](std::int64_t i) { std::copy_n(rows[i].entries.begin(), rows[i].count, entries.begin() + starts[i]); });
 
   GraphCoarsening result;
   result.transfer = std::make_unique<SparseTransfer>(std::move(starts), std::move(entries), count);

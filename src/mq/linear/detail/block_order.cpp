@@ -1,28 +1,44 @@
 #include "mq/linear/detail/block_order.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
+
+#include "mq/base/inverse_lists.h"
+#include "mq/base/parallel.h"
 
 namespace mq {
 
 namespace {
 
-/// Per unknown the blocks that write it, as compressed lists.
-struct Writers {
-  std::vector<int> starts;
-  std::vector<int> blocks;
+constexpr int blocks_at_once = 64;
 
-  Writers(std::int64_t rows, const std::vector<int>& begins, const std::vector<int>& starts_of_items,
-          const std::vector<int>& unknowns)
-      : starts(rows + 1, 0), blocks(unknowns.size()) {
-    for (const int u : unknowns) ++starts[u + 1];
-    for (std::int64_t i = 0; i < rows; ++i) starts[i + 1] += starts[i];
-    std::vector<int> at(starts.begin(), starts.end() - 1);
-    for (int b = 0; b + 1 < int(begins.size()); ++b)
-      for (int i = starts_of_items[begins[b]]; i < starts_of_items[begins[b + 1]]; ++i)
-        blocks[at[unknowns[i]]++] = b;
-  }
-};
+/// Of every block those that write what it reads, each once.
+std::vector<std::vector<int>> writers_around(const SparseMatrix& A, const std::vector<int>& begins,
+                                             const std::vector<int>& starts, const std::vector<int>& unknowns) {
+  const int count = int(begins.size()) - 1;
+  const auto written_by = [&](std::int64_t b) {
+    return std::span(unknowns).subspan(starts[begins[b]], starts[begins[b + 1]] - starts[begins[b]]);
+  };
+  const InverseLists<int> writers = inverse_lists<int>(count, A.rows(), [&](std::int64_t b, const auto& name) {
+    for (const int u : written_by(b)) name(u, int(b));
+  });
+  std::vector<std::vector<int>> around(count);
+  parallel_blocks(count, blocks_at_once, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<int> rows, asked_by(count, -1);
+    for (std::int64_t b = begin; b < end; ++b) {
+      rows.assign(written_by(b).begin(), written_by(b).end());
+      std::ranges::sort(rows);
+      rows.erase(std::unique(rows.begin(), rows.end()), rows.end());  // items of a block share most of theirs
+      for (const int row : rows)
+        for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
+          for (int w = writers.starts[entry.col()]; w < writers.starts[entry.col() + 1]; ++w)
+            if (const int other = writers.items[w]; std::exchange(asked_by[other], int(b)) != b)
+              around[b].push_back(other);
+    }
+  });
+  return around;
+}
 
 }  // namespace
 
@@ -67,21 +83,13 @@ BlockOrder order_blocks(const SparseMatrix& A, const std::vector<int>& starts,
   order.begins.push_back(items);
   const int count = int(order.begins.size()) - 1;
 
-  const Writers writers(A.rows(), order.begins, starts, unknowns);
+  const std::vector<std::vector<int>> around = writers_around(A, order.begins, starts, unknowns);
   std::vector<int> colour(count, -1), taken;
-  std::vector<int> seen(A.rows(), -1);  // the last block that asked for a column
-  std::vector<int> read(A.rows(), -1);  // and that has the row: items of a block share most of theirs
   int colour_count = 0;
   for (int b = 0; b < count; ++b) {
     taken.assign(colour_count + 1, 0);
-    for (int i = starts[order.begins[b]]; i < starts[order.begins[b + 1]]; ++i) {
-      if (std::exchange(read[unknowns[i]], b) == b) continue;
-      for (SparseMatrix::InnerIterator entry(A, unknowns[i]); entry; ++entry) {
-        if (std::exchange(seen[entry.col()], b) == b) continue;
-        for (int w = writers.starts[entry.col()]; w < writers.starts[entry.col() + 1]; ++w)
-          if (const int c = colour[writers.blocks[w]]; c >= 0) taken[c] = 1;
-      }
-    }
+    for (const int other : around[b])
+      if (colour[other] >= 0) taken[colour[other]] = 1;
     colour[b] = int(std::find(taken.begin(), taken.end(), 0) - taken.begin());
     colour_count = std::max(colour_count, colour[b] + 1);
   }
