@@ -14,7 +14,7 @@
 #include "mq/base/stopwatch.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/filter/denoise.h"
-#include "mq/filter/fast_sweeping.h"
+#include "mq/filter/fast_marching.h"
 #include "mq/filter/geodesic.h"
 #include "mq/filter/heat_sweeps.h"
 #include "mq/filter/line_integral.h"
@@ -87,7 +87,7 @@ void lay_charts_apart(benchmark::State& state) {
 void geodesic_front(benchmark::State& state) {
   const Ground ground(int(state.range(0)));
   compare(state, ground, [&] {
-    benchmark::DoNotOptimize(fast_sweeping_distances(ground.stiffness, ground.places, {{0, 0.0}}));
+    benchmark::DoNotOptimize(fast_marching_distances(ground.stiffness, ground.places, {{0, 0.0}}));
   });
 }
 
@@ -96,7 +96,7 @@ void geodesic_sweeps(benchmark::State& state) {
   SparseMatrix heat = ground.space.regularised_system(0, ground.weight(2));
   heat.diagonal() += ground.space.mass() * Vector::Ones(ground.space.size());
   const Vector guess =
-      fast_sweeping_distances(heat, ground.places, {{0, 0.0}}) / -std::sqrt(ground.weight(2));
+      fast_marching_distances(heat, ground.places, {{0, 0.0}}) / -std::sqrt(ground.weight(2));
   int sweeps = 0;
   compare(state, ground, [&] {
     sweeps = sweep_heat(heat, {{0, 0.0}}, {.tolerance = 1e-3}, guess).sweeps;

@@ -302,7 +302,7 @@ TEST(GeodesicDistance, GoesTwiceAroundARepeatingTexture) {
   EXPECT_LE(along_strip(twice->surface, unrolled->atlas).errors.mean, 0.02);
 }
 
-/// Within 3√t, six texels, of the far edge values are continued from inside by `fast_sweeping_distances`,
+/// Within 3√t, six texels, of the far edge values are continued from inside by `fast_marching_distances`,
 /// as everywhere at boundaries, which is felt for as many more.
 double tolerance_at(int column) { return column < 96 - 12 ? 1e-4 : 5e-4; }
 

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "filter/geodesic_squares.h"
-#include "mq/filter/fast_sweeping.h"
+#include "mq/filter/fast_marching.h"
 #include "mq/linear/direct_solver.h"
 
 namespace mq {
@@ -28,7 +28,7 @@ TEST(FrontDistances, AreRightToAFewPerCent) {
     const TexelSpace space(model->surface, model->atlas);
     const std::vector<Vector3> places = places_of(space);
     const int source = nearest(space.texels(), {0.31, 0.42, 0});
-    const Vector w = fast_sweeping_distances(space.stiffness(), places, {{source, 0}});
+    const Vector w = fast_marching_distances(space.stiffness(), places, {{source, 0}});
     double sum = 0;
     for (int i = 0; i < space.size(); ++i) {
       const double d = (places[i] - places[source]).norm();
@@ -45,12 +45,12 @@ TEST(FrontDistances, AreExactForAPlaneFront) {
   std::vector<std::pair<int, double>> edge;
   for (int i = 0; i < space.size(); ++i)
     if (space.texels().places[i].x == 0) edge.emplace_back(i, 0.5);
-  const Vector w = fast_sweeping_distances(space.stiffness(), places_of(space), edge);
+  const Vector w = fast_marching_distances(space.stiffness(), places_of(space), edge);
   for (int i = 0; i < space.size(); ++i)
     EXPECT_NEAR(w[i], 0.5 + space.texels().places[i].x / 64.0, 1e-6);
 }
 
-/// The distances end where nothing changes any more, whichever way unknowns are numbered, and swept by it.
+/// The distances end where nothing changes any more, whichever way unknowns are numbered.
 TEST(FrontDistances, DoNotDependOnTheOrder) {
   for (const CutOptions& options : {four_charts(), fixtures::slanted()}) {
     const auto model = fixtures::textured(fixtures::cut_square(options), {{96, 96}});
@@ -58,7 +58,7 @@ TEST(FrontDistances, DoNotDependOnTheOrder) {
     const SparseMatrix S = space.stiffness();
     const std::vector<Vector3> places = places_of(space);
     const std::vector<int> sources = {nearest(space.texels(), {0.31, 0.42, 0}), nearest(space.texels(), {0.9, 0.8, 0})};
-    const Vector w = fast_sweeping_distances(S, places, {{sources[0], 0}, {sources[1], 0.05}});
+    const Vector w = fast_marching_distances(S, places, {{sources[0], 0}, {sources[1], 0.05}});
 
     std::vector<int> number(std::size_t(space.size()));
     std::iota(number.begin(), number.end(), 0);
@@ -71,7 +71,7 @@ TEST(FrontDistances, DoNotDependOnTheOrder) {
     shuffled.setFromTriplets(entries.begin(), entries.end());
     std::vector<Vector3> there(places.size());
     for (std::size_t i = 0; i < places.size(); ++i) there[std::size_t(number[i])] = places[i];
-    const Vector again = fast_sweeping_distances(
+    const Vector again = fast_marching_distances(
         shuffled, there, {{number[std::size_t(sources[0])], 0}, {number[std::size_t(sources[1])], 0.05}});
     double largest = 0;
     for (int i = 0; i < space.size(); ++i) largest = std::max(largest, std::abs(again[number[std::size_t(i)]] - w[i]));

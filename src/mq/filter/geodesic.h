@@ -56,10 +56,10 @@ struct Geodesic {
 ///
 /// Heat does not leave through boundaries, so near them ∇u runs along them, wherever the shortest
 /// paths go. Within 3√t of a boundary w, brought to slope 1 by a function of w, is therefore
-/// continued from what lies farther inside, by `fast_sweeping_distances`.
+/// continued from what lies farther inside, by `fast_marching_distances`.
 ///
 /// u falls by a factor e every √t, two spacings; `sweep_heat` finds it with every ratio accurate,
-/// however far from a source, beginning with `fast_sweeping_distances`. Then one Poisson equation
+/// however far from a source, beginning with `fast_marching_distances`. Then one Poisson equation
 /// is solved.
 ///
 /// The error is of order h̄: on a square of 256² texels 0.13 % on average for a source near the

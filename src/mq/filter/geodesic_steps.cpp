@@ -10,7 +10,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/infinity.h"
-#include "mq/filter/fast_sweeping.h"
+#include "mq/filter/fast_marching.h"
 #include "mq/filter/heat_sweeps.h"
 #include "mq/linear/dense.h"
 
@@ -245,7 +245,7 @@ void continue_to_boundary(const GeodesicDomain& domain, const std::vector<Geodes
     w(i, 0) = even(w(i, 0));
     if (!near[std::size_t(i)]) inside.emplace_back(int(i), w(i, 0));
   }
-  const Vector front = fast_sweeping_distances(domain.heat, domain.positions, inside, shared, progress);
+  const Vector front = fast_marching_distances(domain.heat, domain.positions, inside, shared, progress);
   for (Eigen::Index i = 0; i < w.rows(); ++i)
     if (shared.is_own(i) && near[std::size_t(i)] && std::isfinite(front[i])) w(i, 0) = front[i];
 }
@@ -257,7 +257,7 @@ HeatDistances heat_distances(const GeodesicDomain& domain, const std::vector<Geo
     fixed.emplace_back(s.unknown, -s.distance / domain.length);
     begin.emplace_back(s.unknown, s.distance);
   }
-  const Vector guess = fast_sweeping_distances(domain.heat, domain.positions, begin, shared,
+  const Vector guess = fast_marching_distances(domain.heat, domain.positions, begin, shared,
                                                progress.step("front", 0.6)) /
                        -domain.length;
   HeatSweeps heat = sweep_heat(domain.heat, fixed, {options.tolerance, options.max_sweeps}, guess, shared,

@@ -47,7 +47,7 @@ struct LiveGeodesicStep {
 /// Distances as of `GeodesicDistance`, for a source that moves. One step is what fits between two frames.
 ///
 /// **progressive.** The first step after a move finds the front that starts from the source
-/// (`fast_sweeping_distances`) on a coarser level of the multigrid hierarchy of S, level by level from the
+/// (`fast_marching_distances`) on a coarser level of the multigrid hierarchy of S, level by level from the
 /// coarsest, each visited in the order that the one before it found; distances go to the unknowns by the
 /// hierarchy's interpolation, and around the source they are straight ones. While the source moves on with
 /// every frame, that is all. Where it rests, log u begins there and the sweeps of `sweep_heat` follow, half

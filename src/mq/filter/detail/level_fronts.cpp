@@ -1,4 +1,4 @@
-// With a, b the ways from a node to two neighbours, as in fast_sweeping.cpp. A neighbour that got nearer
+// With a, b the ways from a node to two neighbours, as in fast_marching.cpp. A neighbour that got nearer
 // can only change what is farther away than it.
 
 #include "mq/filter/detail/level_fronts.h"
@@ -32,7 +32,7 @@ float inner_product(const std::array<float, 3>& a, const std::array<float, 3>& b
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// When a plane wave of speed 1 that passes a and b gets here; see fast_sweeping.cpp. Q is without its 1/det.
+/// When a plane wave of speed 1 that passes a and b gets here; see fast_marching.cpp. Q is without its 1/det.
 float wave_between(const Candidate& a, const Candidate& b) {
   const float aa = inner_product(a.way, a.way), ab = inner_product(a.way, b.way), bb = inner_product(b.way, b.way);
   const float det = aa * bb - ab * ab;

@@ -12,7 +12,7 @@
 
 namespace mq {
 
-/// The fronts of `fast_sweeping_distances`, in single precision and on coarser levels. Each level takes its
+/// The fronts of `fast_marching_distances`, in single precision and on coarser levels. Each level takes its
 /// nodes in the order of what the next coarser one found, so that one walk over them nearly does; what it
 /// left too far is looked at again. The same bits for any number of threads.
 class LevelFronts {

@@ -195,18 +195,21 @@ void PatchSmoother::set_values(const SparseMatrix& A, const StencilLayout& layou
       [&](std::int64_t p) {
         const int begin = starts_[p], n = starts_[p + 1] - begin;
         const int stride = (n + PatchList::row_step - 1) / PatchList::row_step * PatchList::row_step;
-        thread_local std::vector<int> place;  // per unknown its index in the patch, −1 outside
+        thread_local std::vector<std::pair<int, int>> places;  // unknowns of the patch, ascending, with their index in it
         thread_local std::vector<double> block;
-        if (place.size() < std::size_t(layout.rows)) place.resize(layout.rows, -1);
         block.assign(std::size_t(n) * stride, 0);
-        for (int i = 0; i < n; ++i) place[layout.listed(members_[begin + i])] = i;
-        for (int i = 0; i < n; ++i) {
-          const int k = layout.listed(members_[begin + i]);
-          for (int e = A.outerIndexPtr()[k]; e < A.outerIndexPtr()[k + 1]; ++e)
-            if (const int column = A.innerIndexPtr()[e], j = place[column]; j >= 0)
-              block[i * stride + j] = scaling(k, column) * A.valuePtr()[e];
+        places.clear();
+        for (int i = 0; i < n; ++i) places.emplace_back(layout.listed(members_[begin + i]), i);
+        std::ranges::sort(places);
+        for (const auto& [k, i] : places) {
+          auto place = places.begin();
+          for (int e = A.outerIndexPtr()[k]; e < A.outerIndexPtr()[k + 1]; ++e) {
+            const int column = A.innerIndexPtr()[e];
+            while (place != places.end() && place->first < column) ++place;
+            if (place == places.end()) break;
+            if (place->first == column) block[i * stride + place->second] = scaling(k, column) * A.valuePtr()[e];
+          }
         }
-        for (int i = 0; i < n; ++i) place[layout.listed(members_[begin + i])] = -1;
         for (int i = 0; i < n; ++i) {
           double& diagonal = block[i * stride + i];
           diagonal = diagonal > 0 ? diagonal * (1 + shift) : 1;
