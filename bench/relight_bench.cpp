@@ -246,14 +246,16 @@ void window_memory(benchmark::State& state) {
   }
 }
 
-/// Windows of a radius, the weight of the second.
+/// Windows of a radius, the weight of the second, the crossover of the third (1: steep).
 void light_removed(benchmark::State& state) {
   for (auto _ : state) {
     Film film(Disturbed::by_light);
     const TemporalReport report = remove_lighting(
         frames, [&](int f) { return film.load(f); },
         [&](int f, const TemporalFrame& frame, const Signal& phi) { film.store(f, frame, phi); },
-        {.weight = weight_of(state.range(1)), .radius = int(state.range(0))});
+        {.weight = weight_of(state.range(1)),
+         .radius = int(state.range(0)),
+         .crossover = LightRemovalOptions::Crossover(state.range(2))});
     film.count(report, state);
   }
 }
@@ -299,9 +301,11 @@ void cycle_factor(benchmark::State& state) {
 BENCHMARK(noise_filtered)->Args({2, 0})->Args({2, 16})->Unit(benchmark::kSecond)->Iterations(1);
 BENCHMARK(window_memory)->Unit(benchmark::kSecond)->Iterations(1);
 BENCHMARK(light_removed)
-    ->Args({10, 5})
-    ->Args({10, 200})
-    ->Args({20, 200})
+    ->Args({10, 5, 0})
+    ->Args({10, 200, 0})
+    ->Args({20, 200, 0})
+    ->Args({10, 781, 1})
+    ->Args({20, 781, 1})
     ->Unit(benchmark::kSecond)
     ->Iterations(1);
 BENCHMARK(cycle_factor)

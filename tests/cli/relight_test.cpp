@@ -56,8 +56,8 @@ double noise(int f, int x, int y, int c) {
 TEST(Relight, TakesFlickerOutAndKeepsWhatIsSharp) {
   const Folder folder;
   make_film(folder, noise);
-  const Result result = marquetry(folder, relight({"--method", "poisson", "--gamma", "4", "--truth",
-                                                   "still_%d.png", "--json"}));
+  const Result result = marquetry(folder, relight({"--method", "poisson", "--gamma", "4", "--alpha", "5e-6", "--space",
+                                                   "stored", "--truth", "still_%d.png", "--json"}));
   ASSERT_EQ(result.status, 0) << result.error;
   const auto report = result.json();
   EXPECT_TRUE(report["solve"]["converged"]);
@@ -77,10 +77,34 @@ TEST(Relight, TakesFlickerOutAndKeepsWhatIsSharp) {
 TEST(Relight, TakesLightOutThatComesAndGoes) {
   const Folder folder;
   make_film(folder, [](int f, int x, int, int) { return f % 2 == 0 ? 0.002 * x : 0.0; });
-  const Result result = marquetry(folder, relight({"--length", "10tx", "--json"}));
+  const Result result = marquetry(folder, relight({"--length", "10tx", "--crossover", "gentle", "--space", "stored", "--json"}));
   ASSERT_EQ(result.status, 0) << result.error;
   const auto flicker = result.json()["result"]["flicker"];
   EXPECT_LT(flicker["after"]["step"].get<double>(), 0.4 * flicker["before"]["step"].get<double>());
+}
+
+/// A picture that slides by half a texel in every frame, as it is and with an exposure that jumps.
+TEST(Relight, TakesExposureThatJumpsOffWhatSlidesAndKeepsItSharp) {
+  const Folder folder;
+  make_film(folder, [](int, int, int, int) { return 0.0; });
+  const Image<float> still = busy_picture(64, 64);
+  for (int f = 0; f < 12; ++f) {
+    Image<float> truth = still;
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x)
+        for (int c = 0; c < truth.channels(); ++c)
+          truth(x, y, c) = 0.2F + 0.3F * (still((x + f / 2) % 64, y, c) + still((x + (f + 1) / 2) % 64, y, c));
+    write_image(folder / ("true_" + std::to_string(f) + ".png"), truth);
+    for (float& value : truth.values()) value *= f % 2 == 0 ? 0.95F : 1.05F;
+    write_image(folder / ("film_" + std::to_string(f) + ".png"), truth);
+  }
+  const Result result = marquetry(folder, relight({"--length", "10tx", "--truth", "true_%d.png", "--drift", "measure", "--json"}));
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto found = result.json()["result"];
+  const auto before = found["truth"]["before"], after = found["truth"]["after"];
+  EXPECT_LT(after["flicker"].get<double>(), 0.3 * before["flicker"].get<double>());
+  EXPECT_GT(after["sharpness"].get<double>(), 0.97 * before["sharpness"].get<double>());
+  EXPECT_GT(found["flicker"]["before"]["along"].get<double>(), 0.01);
 }
 
 /// In the middle of each triangle of a frame its picture is the one it was.

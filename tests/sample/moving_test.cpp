@@ -1,5 +1,9 @@
 #include "mq/sample/moving.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include "mq/base/error.h"
@@ -94,6 +98,50 @@ TEST(Moving, HasNoiseOfTheDeviationAskedFor) {
   EXPECT_NEAR(std::sqrt(sum), 0.02, 0.001);
 }
 
+/// Logarithms of exposure at vertices of frame f that no channel clips.
+std::vector<double> exposures(const MovingOptions& options, int f) {
+  const MovingFrame made = make_moving_frame("bending", f, options), plain = make_moving_frame("bending", f, coarse);
+  EXPECT_EQ(made.mesh.positions, plain.mesh.positions);
+  std::vector<double> result;
+  for (int v = 0; v < made.mesh.vertex_count(); ++v)
+    if (plain.colors[v].minCoeff() > 0.05 && plain.colors[v].maxCoeff() < 0.75)
+      result.push_back(std::log(made.colors[v].x() / plain.colors[v].x()));
+  return result;
+}
+
+TEST(Moving, FlickersByTheDeviationAskedForAnotherInEveryFrame) {
+  MovingOptions flickering = coarse;
+  flickering.flicker = 0.06;
+  double squares = 0, count = 0, whole = 0, frames = 0;
+  for (int f = 0; f < 50; ++f) {
+    double sum = 0;
+    const std::vector<double> found = exposures(flickering, f);
+    for (const double x : found) squares += x * x, sum += x, ++count;
+    whole += sum / double(found.size()) * sum / double(found.size()), ++frames;
+  }
+  EXPECT_NEAR(std::sqrt(squares / count), 0.06, 0.006);
+  // A third is alike everywhere, and a little of the rest is left in the mean.
+  EXPECT_GT(whole / frames, 0.25 * 0.06 * 0.06);
+  EXPECT_LT(whole / frames, 0.7 * 0.06 * 0.06);
+}
+
+TEST(Moving, FlickersSmoothlyOverTheSurface) {
+  MovingOptions flickering = coarse;
+  flickering.flicker = 0.06;
+  const MovingFrame made = make_moving_frame("bending", 5, flickering), plain = make_moving_frame("bending", 5, coarse);
+  const auto exposure = [&](int v) { return std::log(made.colors[v].y() / plain.colors[v].y()); };
+  double steps = 0, count = 0, edges = 0;
+  for (const Triangle& t : plain.mesh.triangles) {
+    if (std::ranges::any_of(t, [&](int v) { return plain.colors[v].minCoeff() < 0.05 || plain.colors[v].maxCoeff() > 0.75; }))
+      continue;
+    const double step = exposure(t[0]) - exposure(t[1]);
+    steps += step * step, ++count;
+    edges += (plain.mesh.positions[t[0]] - plain.mesh.positions[t[1]]).squaredNorm();
+  }
+  // Waves have a slope of 2π / length at most, and cameras change within the turn of a normal.
+  EXPECT_LT(std::sqrt(steps / count), 0.06 * 2 * std::numbers::pi / flicker_wave * std::sqrt(edges / count));
+}
+
 TEST(Moving, RefusesWhatThereIsNot) {
   EXPECT_THROW(make_moving_frame("bendign", 0), InvalidInput);
   EXPECT_THROW(make_moving_frame("bending", -1), InvalidInput);
@@ -101,6 +149,7 @@ TEST(Moving, RefusesWhatThereIsNot) {
   EXPECT_THROW(make_moving_frame("bending", 0, {.triangles = 10}), InvalidInput);
   EXPECT_THROW(make_moving_frame("bending", 0, {.light = 2}), InvalidInput);
   EXPECT_THROW(make_moving_frame("bending", 0, {.noise = -1}), InvalidInput);
+  EXPECT_THROW(make_moving_frame("bending", 0, {.flicker = -1}), InvalidInput);
 }
 
 TEST(Moving, IsOffByWhatIsAskedFor) {

@@ -37,6 +37,25 @@ TEST(RelightMeter, SaysHowNearSignalsAreToTrueOnesUpToOneFactor) {
   EXPECT_GT(found.before.flicker.values, 0);
 }
 
+TEST(RelightMeter, SaysWhatFlickersBesideATruthThatChangesToo) {
+  const auto space = std::make_shared<VertexSpace>(make_surface(fixtures::torus(24, 16)));
+  const auto texels = std::make_shared<Texels>();
+  texels->interior.assign(std::size_t(space->size()), 1);
+  RelightMeter meter;
+  const double amplitude = 0.1;
+  for (int f = 0; f < 4; ++f) {
+    const Signal truth = random_signal(space->size(), 3, f);
+    const Signal was = truth.array() + (f % 2 == 0 ? amplitude : -amplitude), is = 2 * truth;
+    const TemporalFrame frame{space, texels, was, f == 0 ? TimeLinks{} : identical_links(space->size())};
+    meter.add(frame, *space, was, is, &truth);
+  }
+  const RelightMeasures found = meter.finish();
+  ASSERT_TRUE(found.before.truth && found.after.truth);
+  EXPECT_NEAR(found.before.truth->flicker, std::sqrt(2) * amplitude, 0.03 * amplitude);
+  EXPECT_LT(found.after.truth->flicker, 1e-7);
+  EXPECT_GT(found.after.flicker.step, 0.5);  // what the truth does
+}
+
 TEST(RelightMeter, SaysHowMuchOfGradientsIsLeft) {
   const auto space = std::make_shared<VertexSpace>(make_surface(fixtures::torus(24, 16)));
   const auto texels = std::make_shared<Texels>();

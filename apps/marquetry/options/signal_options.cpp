@@ -97,10 +97,10 @@ double asked_halo(const OptionValues& options, const Model& model, double larges
 
 double largest_value(const Signal& values) { return values.size() > 0 ? values.maxCoeff() : 0; }
 
-void add_space_option(OptionTable& table) {
+void add_space_option(OptionTable& table, const std::string& usual) {
   table.add({.name = "space",
              .type = Option::Type::choice,
-             .default_value = "stored",
+             .default_value = usual,
              .choices = {"stored", "linear", "log"},
              .group = "Signal",
              .help = "in which values are processed",

@@ -48,7 +48,7 @@ double asked_halo(const OptionValues& options, const Model& model, double larges
 double largest_value(const Signal& values);
 
 /// Adds --space.
-void add_space_option(OptionTable& table);
+void add_space_option(OptionTable& table, const std::string& usual = "stored");
 
 /// Adds --normals and --normal-space.
 void add_normals_option(OptionTable& table);

@@ -20,14 +20,26 @@ namespace mq::app {
 namespace {
 
 Json comparison_json(const TruthComparison& found) {
-  return {{"factor", found.factor}, {"error", found.error}, {"sharpness", found.sharpness}};
+  return {{"factor", found.factor}, {"error", found.error}, {"sharpness", found.sharpness}, {"flicker", found.flicker}};
+}
+
+Json flicker_json(const Flicker& found) {
+  Json result = {{"deviation", found.deviation}, {"step", found.step}};
+  if (found.along) result["along"] = *found.along;
+  return result;
+}
+
+RelightOptions::Drift drift(const OptionValues& options) {
+  const std::string how = options.text("drift");
+  if (how == "follow") return RelightOptions::Drift::follow;
+  return how == "measure" ? RelightOptions::Drift::measure : RelightOptions::Drift::ignore;
 }
 
 Json measures_json(const RelightMeasures& found) {
   const Flicker &was = found.before.flicker, &is = found.after.flicker;
   Json result;
-  result["flicker"] = {{"before", {{"deviation", was.deviation}, {"step", was.step}}},
-                       {"after", {{"deviation", is.deviation}, {"step", is.step}}},
+  result["flicker"] = {{"before", flicker_json(was)},
+                       {"after", flicker_json(is)},
                        {"values", was.values}};
   result["gradients"] = found.gradients;
   if (found.before.truth)
@@ -42,7 +54,9 @@ RelightOptions relight_options(const OptionValues& options) {
           .spread = spread(options),
           .tolerance = options.number("tolerance"),
           .radius = int(options.integer("radius")),
-          .drift = options.text("drift") == "follow" ? RelightOptions::Drift::follow : RelightOptions::Drift::ignore,
+          .crossover = options.text("crossover") == "steep" ? LightRemovalOptions::Crossover::steep
+                                                            : LightRemovalOptions::Crossover::gentle,
+          .drift = drift(options),
           .poisson = {.beta = options.number("beta"),
                       .gamma = options.number("gamma"),
                       .change = options.number("change"),
@@ -63,7 +77,8 @@ void refuse_of_other_method(const OptionValues& options) {
   for (const char* name : {"gamma", "beta", "change", "hold", "accuracy"})
     require(!mean || !asks_for(options, name),
             fmt::format("--{}: only --method poisson has it", name));
-  require(mean || !asks_for(options, "radius"), "--radius: only --method mean has it");
+  for (const char* name : {"radius", "crossover"})
+    require(mean || !asks_for(options, name), fmt::format("--{}: only --method mean has it", name));
 }
 
 std::string in_words(const Json& result, const TemporalReport& report) {
@@ -135,41 +150,9 @@ Exit relight(Run& run) {
   return Exit::done;
 }
 
-void add_time_options(OptionTable& table) {
+void add_poisson_options(OptionTable& table) {
   using Type = Option::Type;
   const RelightOptions defaults;
-  table.add({.name = "method",
-             .type = Type::choice,
-             .default_value = "mean",
-             .choices = {"mean", "poisson"},
-             .metavar = "HOW",
-             .group = "Filter",
-             .help = "mean or poisson",
-             .details = "mean: each frame keeps its gradients and gets the low frequencies of the "
-                        "frames around it, which takes out light that comes and goes. poisson: all "
-                        "frames at once, gradients in space and changes in time multiplied by what "
-                        "--beta and --change say, which takes out flicker."});
-  add_spread_options(table, defaults.spread, "Filter",
-                     "weight of gradients in space against values of the mean or the frame", false,
-                     "0 takes all from the mean, and leaves the frames to --gamma alone.");
-  table.add({.name = "drift",
-             .type = Type::choice,
-             .default_value = "ignore",
-             .choices = {"ignore", "follow"},
-             .metavar = "HOW",
-             .group = "Filter",
-             .help = "ignore or follow",
-             .details = "What is not tracked exactly slides over the texels, and is blurred in time. follow: where it slid "
-                        "to is found by optical flow from frame to frame, and means are taken there, and changes; each "
-                        "frame stays where it was."});
-  table.add({.name = "radius",
-             .type = Type::integer,
-             .default_value = as_typed(defaults.radius),
-             .unit = "frames",
-             .least = 0,
-             .most = 1000,
-             .group = "Mean",
-             .help = "how far a mean reaches to either side"});
   table.add({.name = "gamma",
              .type = Type::number,
              .default_value = as_typed(defaults.poisson.gamma),
@@ -210,6 +193,54 @@ void add_time_options(OptionTable& table) {
              .help = "how many are held at once, 0: what --accuracy needs, twice, and 8"});
 }
 
+void add_time_options(OptionTable& table) {
+  using Type = Option::Type;
+  const RelightOptions defaults;
+  table.add({.name = "method",
+             .type = Type::choice,
+             .default_value = "mean",
+             .choices = {"mean", "poisson"},
+             .metavar = "HOW",
+             .group = "Filter",
+             .help = "mean or poisson",
+             .details = "mean: each frame keeps its gradients and gets the low frequencies of the "
+                        "frames around it, which takes out light that comes and goes. poisson: all "
+                        "frames at once, gradients in space and changes in time multiplied by what "
+                        "--beta and --change say, which takes out flicker."});
+  add_spread_options(table, defaults.spread, "Filter",
+                     "weight of gradients in space against values of the mean or the frame", false,
+                     "0 takes all from the mean, and leaves the frames to --gamma alone.");
+  table.add({.name = "drift",
+             .type = Type::choice,
+             .default_value = "ignore",
+             .choices = {"ignore", "measure", "follow"},
+             .metavar = "HOW",
+             .group = "Filter",
+             .help = "ignore, measure or follow",
+             .details = "What is not tracked exactly slides over the texels, and is blurred in time. follow: where it slid "
+                        "to is found by optical flow from frame to frame, and means are taken there, and changes; each "
+                        "frame stays where it was. measure: nothing but the report's flicker is taken along it."});
+  table.add({.name = "radius",
+             .type = Type::integer,
+             .default_value = as_typed(defaults.radius),
+             .unit = "frames",
+             .least = 0,
+             .most = 1000,
+             .group = "Mean",
+             .help = "how far a mean reaches to either side"});
+  table.add({.name = "crossover",
+             .type = Type::choice,
+             .default_value = "steep",
+             .choices = {"gentle", "steep"},
+             .metavar = "HOW",
+             .group = "Mean",
+             .help = "gentle or steep",
+             .details = "How waves that come from the mean are parted from those of the frame. gentle: by the thesis' "
+                        "equation, in which a fifth is still the other's an octave beside the middle. steep: a tenth, and "
+                        "less and less beyond, by three solves a frame."});
+  add_poisson_options(table);
+}
+
 }  // namespace
 
 Verb relight_verb() {
@@ -245,7 +276,7 @@ Verb relight_verb() {
   add_rate_option(table);
   add_codec_option(table);
   add_time_options(table);
-  add_space_option(table);
+  add_space_option(table, "log");
   table.add({.name = "tolerance",
              .type = Type::number,
              .default_value = as_typed(RelightOptions{}.tolerance),

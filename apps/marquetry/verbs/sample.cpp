@@ -143,6 +143,7 @@ Exit sample_sequence(Run& run) {
                           .seed = std::uint64_t(options.integer("seed")),
                           .light = options.number("light"),
                           .noise = options.number("noise"),
+                          .flicker = options.number("flicker"),
                           .capture = {.off = options.number("off"),
                                       .holes = int(options.integer("holes")),
                                       .handles = int(options.integer("handles"))}};
@@ -240,7 +241,7 @@ Exit sample(Run& run) {
   require(!options.flag("normals") || !options.flag("misaligned"),
           "--misaligned: photographs differ in colours, and --normals asks for a normal map");
   if (is_moving(options.text("name"))) return sample_sequence(run);
-  for (const char* name : {"frames", "period", "light", "noise", "off", "holes", "handles"})
+  for (const char* name : {"frames", "period", "light", "noise", "flicker", "off", "holes", "handles"})
     require(!asks_for(options, name),
             fmt::format("--{}: '{}' does not move", name, options.text("name")));
   if (is_wall) return sample_wall(run);
@@ -299,6 +300,15 @@ void add_sequence_options(OptionTable& table) {
              .most = 1,
              .group = "Sequences made",
              .help = "standard deviation of noise on colours, another in every frame"});
+  table.add({.name = "flicker",
+             .type = Type::number,
+             .default_value = as_typed(MovingOptions{}.flicker),
+             .least = 0,
+             .most = 1,
+             .group = "Sequences made",
+             .help = "standard deviation of the logarithm of exposure, another in every frame",
+             .details = "A third of its variance is that of the whole, a third that of eight cameras around it, each "
+                        "with its own in every channel, a third differs from place to place."});
   table.add({.name = "off",
              .type = Type::number,
              .default_value = as_typed(CheapCapture{}.off),

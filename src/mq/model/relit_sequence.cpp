@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <memory>
 #include <utility>
@@ -62,11 +63,12 @@ class RelitFrames {
                          space.gather(decoded_pixels),
                          {},
                          {}};
-    if (drift_ == RelightOptions::Drift::follow) {
+    if (drift_ != RelightOptions::Drift::ignore) {
       const auto drift = std::make_shared<FrameDrift>(atlas, atlas->surface(), atlas->atlas(), space);
       if (last_ && stored(i).segment == stored(i - 1).segment)
         drift->follow(space.gather(last_pixels_), result.psi, drift_flow(), progress_.step("follow", 0));
-      result.drift = drift;
+      frame.drift = drift->field();
+      if (drift_ == RelightOptions::Drift::follow) result.drift = drift;
       last_pixels_ = std::move(decoded_pixels);
     }
     if (last_) result.links = texel_links(*last_, *atlas);
@@ -86,7 +88,12 @@ class RelitFrames {
     const Signal was = space.gather(std::vector{open.texture.pixels}), is = space.gather(pixels);
     Signal truth;
     if (!files_.truth.empty()) truth = space.gather(std::vector{read(files_.truth, i).pixels});
-    measures_.add(frame, space, was, is, truth.size() > 0 ? &truth : nullptr);
+    std::optional<FrameDrift> drift;
+    if (!open.drift.empty()) {
+      drift.emplace(atlas, atlas->surface(), atlas->atlas(), space);
+      drift->follow(std::move(open.drift));
+    }
+    measures_.add(frame, space, was, is, truth.size() > 0 ? &truth : nullptr, drift ? &*drift : nullptr);
     const Image<char> inside = spread_from_charts(space.texels(), pixels[0]);
     output_.write({.number = number(i),
                    .mesh = atlas->surface().mesh,
@@ -107,7 +114,8 @@ class RelitFrames {
  private:
   struct Frame {
     Texture texture;
-    std::weak_ptr<AtlasFrame> atlas;  ///< made again where the filter has let it go: it is large
+    std::vector<std::array<double, 2>> drift;  ///< field of `FrameDrift`, empty: nothing was followed
+    std::weak_ptr<AtlasFrame> atlas;           ///< made again where the filter has let it go: it is large
   };
 
   const StoredFrame& stored(int i) const {
@@ -258,7 +266,7 @@ void SequenceRelighter::require_room(const FirstFrame& first) const {
   const int held = mean ? std::min(frames, 2 * std::min(options_.radius, frames) + 1)
                         : frames_held(frames, poisson_options(first.weight));
   double bytes = (mean ? mean_bytes : poisson_bytes) * held;
-  if (options_.drift == RelightOptions::Drift::follow) bytes += drift_bytes * held + flow_bytes;
+  if (options_.drift != RelightOptions::Drift::ignore) bytes += drift_bytes * held + flow_bytes;
   require_memory(std::int64_t(bytes * first.texels),
                  fmt::format("filtering with {} of {:.0f} texels held at once",
                              counted(held, "frame"), first.texels),
@@ -283,6 +291,7 @@ RelitSequence SequenceRelighter::run(const Progress& progress) {
                             {.weight = weight,
                              .radius = options_.radius,
                              .tolerance = options_.tolerance,
+                             .crossover = options_.crossover,
                              .first = options_.first,
                              .end = options_.end},
                             progress)

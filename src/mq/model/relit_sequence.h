@@ -27,20 +27,22 @@ struct RelightOptions {
   } method = Method::mean;
 
   /// How far the weight w of gradients in space reaches, on the surface of the first frame.
-  Length spread = {5e-6, Length::Unit::alpha};
+  Length spread = {8e-4, Length::Unit::alpha};
   double tolerance = 1e-5;                    ///< relative residual at which iterations stop
   int radius = LightRemovalOptions{}.radius;  ///< frames to either side, of a mean
+  LightRemovalOptions::Crossover crossover = LightRemovalOptions::Crossover::steep;  ///< of a mean
 
   /// What is done where the surface was not tracked exactly and slides under what frames show.
   enum class Drift {
-    ignore,  ///< a texel is a point of the surface
-    follow   ///< its colours say where it slid to (`FrameDrift`)
+    ignore,   ///< a texel is a point of the surface
+    measure,  ///< the same, but flicker is measured along it as well
+    follow    ///< its colours say where it slid to (`FrameDrift`)
   } drift = Drift::ignore;
 
   /// Of `poisson`; `weight` and the solver's tolerance are those above.
   TemporalOptions poisson = {.gamma = 4};
 
-  ValueSpace values = {};  ///< that are filtered
+  ValueSpace values = {.space = ColourSpace::log};  ///< that are filtered: exposure is a factor
 
   /// Of the frames that are asked for, those that are written, counted from 0: those around them are read as far as
   /// they matter. A mean is that of the whole, bit for bit; `poisson` comes as near to it as its accuracy says.

@@ -11,8 +11,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "mq/base/error.h"
 #include "mq/base/options.h"
@@ -215,6 +217,53 @@ void light(const Mesh& mesh, int frame, double strength, std::vector<Vector3>& c
     colors[v] *= 1 - strength * 0.5 * (1 - normals[v].dot(direction));
 }
 
+/// Exposure of a frame: numbers of variance 1, alike within a camera's view and within a wave.
+class Exposure {
+ public:
+  Exposure(int frame, const MovingOptions& options) : random_(options.seed, 500000 + std::uint64_t(frame)) {
+    whole_ = number();
+    for (Vector3& gain : cameras_) gain = {number(), number(), number()};
+    for (auto& [wave, shift] : waves_) {
+      const double up = uniform(-1, 1), around = uniform(0, turn), across = std::sqrt(1 - up * up);
+      wave = turn / flicker_wave * Vector3(across * std::cos(around), up, across * std::sin(around));
+      shift = uniform(0, turn);
+    }
+  }
+
+  /// Of the three channels at a place.
+  Vector3 operator()(const Vector3& p, const Vector3& normal) const {
+    Vector3 seen = Vector3::Zero();
+    double squares = 0, wave = 0;
+    for (std::size_t k = 0; k < cameras_.size(); ++k) {
+      const Vector3 from(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+      const double faces = std::max(0.0, normal.dot(from)), weight = faces * faces;
+      seen += weight * cameras_[k];
+      squares += weight * weight;
+    }
+    for (const auto& [k, shift] : waves_) wave += std::cos(k.dot(p) + shift);
+    return (seen / std::sqrt(std::max(squares, 1e-12))).array() + whole_ + wave * std::sqrt(2.0 / double(waves_.size()));
+  }
+
+ private:
+  double uniform(double low, double high) { return random_.uniform(count_++, low, high); }
+  double number() { return uniform(-std::sqrt(3.0), std::sqrt(3.0)); }
+
+  Random random_;
+  std::uint64_t count_ = 0;
+  double whole_ = 0;
+  std::array<Vector3, 8> cameras_;
+  std::array<std::pair<Vector3, double>, 6> waves_;
+};
+
+void expose(const Mesh& mesh, int frame, const MovingOptions& options, std::vector<Vector3>& colors) {
+  const std::vector<Vector3> normals = vertex_normals(mesh);
+  const Exposure exposure(frame, options);
+  for (std::size_t v = 0; v < colors.size(); ++v) {
+    const Vector3 logarithm = options.flicker / std::sqrt(3.0) * exposure(mesh.positions[v], normals[v]);
+    colors[v].array() *= logarithm.array().exp();
+  }
+}
+
 /// Evenly distributed, a different one in every frame.
 void add_noise(int frame, const MovingOptions& options, std::vector<Vector3>& colors) {
   const Random random(options.seed, 1000 + std::uint64_t(frame));
@@ -243,10 +292,10 @@ MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOp
   require(
       options.triangles >= 500 && options.triangles <= 20000000,
       fmt::format("{} triangles were asked for: 500 to 20 million are made", options.triangles));
-  require(options.light >= 0 && options.light <= 1 && options.noise >= 0,
-          fmt::format("light of {} and noise of {} were asked for: light is from 0 to 1, noise at "
+  require(options.light >= 0 && options.light <= 1 && options.noise >= 0 && options.flicker >= 0,
+          fmt::format("light of {}, noise of {} and flicker of {} were asked for: light is from 0 to 1, the others at "
                       "least 0",
-                      options.light, options.noise));
+                      options.light, options.noise, options.flicker));
   const CheapCapture& capture = options.capture;
   require(capture.off >= 0 && capture.off <= 1 && std::min(capture.holes, capture.handles) >= 0 &&
               std::max(capture.holes, capture.handles) <= 1000,
@@ -266,6 +315,7 @@ MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOp
     result.colors[v] = field(result.material[v], 0).cwiseMax(0).cwiseMin(1);
   });
   if (options.light > 0) light(result.mesh, frame, options.light, result.colors);
+  if (options.flicker > 0) expose(result.mesh, frame, options, result.colors);
   if (options.noise > 0) add_noise(frame, options, result.colors);
   for (Vector3& color : result.colors) color = color.cwiseMax(0).cwiseMin(1);
   displace(capture.off, frame, options.seed, result.mesh);

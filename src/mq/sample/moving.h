@@ -26,11 +26,18 @@ struct MovingOptions {
   /// around the body in `light_period` frames: colours times 1 − light · ½(1 − ⟨n, l⟩).
   double light = 0;
   double noise = 0;  ///< standard deviation of what is added to every value of every frame
+  /// Standard deviation of the logarithm of the exposure, another in every frame: a third of its variance is that of
+  /// the whole, a third that of eight cameras around it, each of which has its own in every channel and sees what faces
+  /// it, and a third changes from place to place, in waves of `flicker_wave`.
+  double flicker = 0;
   CheapCapture capture = {};
 };
 
 /// Frames in which a light goes around.
 inline constexpr int light_period = 16;
+
+/// Length of the waves of exposure that differs from place to place; bodies are about 2 long.
+inline constexpr double flicker_wave = 0.8;
 
 struct MovingFrame {
   Mesh mesh;                      ///< without texture coordinates; closed, but for holes asked for
@@ -41,7 +48,7 @@ struct MovingFrame {
 /// One frame. No two frames have a vertex or a triangle in common but by chance. Equal options give
 /// equal bits. Where vertices are off, colours and material are those of where they should be. A
 /// handle that the frame's grid cannot show is left out. Throws `InvalidInput` for an unknown name
-/// and for options out of range (period from 1, triangles from 500, light from 0 to 1, noise from 0;
+/// and for options out of range (period from 1, triangles from 500, light from 0 to 1, noise and flicker from 0;
 /// vertices off by 0 to 1, 0 to 1000 holes and handles).
 MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOptions& options = {},
                               const Progress& progress = {});

@@ -1,5 +1,7 @@
 #include "mq/video/frame_drift.h"
 
+#include <cmath>
+
 #include "mq/base/parallel.h"
 #include "mq/flow/texture_flow.h"
 #include "mq/trace/atlas_flow.h"
@@ -26,11 +28,12 @@ void FrameDrift::follow(const Signal& before, const Signal& now, const MeshFlowO
   field_ = TextureFlow(*surface_, *atlas_, *space_, before, now, options, progress).velocities();
 }
 
-std::vector<ChartPlace> FrameDrift::followed(const std::vector<ChartPlace>& places, double sign) const {
+std::vector<ChartPlace> FrameDrift::followed(const std::vector<ChartPlace>& places, double time) const {
   if (field_.empty()) return places;
   std::vector<std::array<double, 2>> field = field_;
+  const double sign = time < 0 ? -1 : 1;
   for (auto& [x, y] : field) x *= sign, y *= sign;
-  std::vector<ChartPlace> ends = AtlasFlow::along(domain_, field).trace(places, 1).ends;
+  std::vector<ChartPlace> ends = AtlasFlow::along(domain_, field).trace(places, std::abs(time)).ends;
   for (std::size_t i = 0; i < places.size(); ++i)
     if (places[i].chart < 0 || ends[i].chart < 0) ends[i] = places[i];
   return ends;

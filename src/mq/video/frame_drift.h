@@ -26,6 +26,10 @@ class FrameDrift {
   void follow(const Signal& before, const Signal& now, const MeshFlowOptions& options = drift_flow(),
               const Progress& progress = {});
 
+  /// The same with a field that `follow` has found, per cell of the grid.
+  void follow(std::vector<std::array<double, 2>> field) { field_ = std::move(field); }
+  const std::vector<std::array<double, 2>>& field() const { return field_; }
+
   /// Whether the atlas is the one of the frame before, and something was followed.
   bool follows() const { return !field_.empty(); }
 
@@ -33,6 +37,13 @@ class FrameDrift {
   /// a chart stay.
   std::vector<ChartPlace> before(const std::vector<ChartPlace>& places) const { return followed(places, -1); }
   std::vector<ChartPlace> after(const std::vector<ChartPlace>& places) const { return followed(places, 1); }
+
+  /// Of points that are at the unknowns' starts half-way between both frames, where they were in the frame before and
+  /// where they are in this one.
+  struct HalfWay {
+    std::vector<ChartPlace> before, now;
+  };
+  HalfWay half_way() const { return {followed(starts_, -0.5), followed(starts_, 0.5)}; }
 
   /// Where unknowns are: at their texels, or beside them where these lie outside their chart.
   const std::vector<ChartPlace>& starts() const { return starts_; }
@@ -46,7 +57,7 @@ class FrameDrift {
   Eigen::RowVectorXd change(const Signal& signal, int unknown, const ChartPlace& at) const;
 
  private:
-  std::vector<ChartPlace> followed(const std::vector<ChartPlace>& places, double sign) const;
+  std::vector<ChartPlace> followed(const std::vector<ChartPlace>& places, double time) const;
 
   std::shared_ptr<const void> frame_;
   const Surface* surface_;

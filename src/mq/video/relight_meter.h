@@ -14,6 +14,9 @@ namespace mq {
 struct TruthComparison {
   double factor = 1;  ///< c = Σ⟨φ, τ⟩ / Σ⟨φ, φ⟩
   double error = 0;   ///< √ mean |c·φ − τ|², over the values that count
+  /// √(½ mean |Δ(c·φ − τ)|²), Δ from one frame to the next of a texel that is the same in both: flicker alone, as what
+  /// slides under texels does so in both.
+  double flicker = 0;
   double sharpness =
       0;  ///< Σ⟨φ, τ⟩ / Σ⟨τ, τ⟩ in the inner product of gradients: 1, nothing is lost
 };
@@ -31,9 +34,9 @@ struct RelightMeasures {
 class RelightMeter {
  public:
   /// Of a frame with links and texels, as they are filtered, what its signal was and is; `truth`
-  /// may be null, for all frames or for none.
+  /// may be null, for all frames or for none. `drift`: what was found in the frames as they were.
   void add(const TemporalFrame& frame, const SignalSpace& space, const Signal& was,
-           const Signal& is, const Signal* truth);
+           const Signal& is, const Signal* truth, const FrameDrift* drift = nullptr);
 
   RelightMeasures finish();
 
@@ -45,11 +48,14 @@ class RelightMeter {
     bool compared = false;
     double products = 0, squares = 0, truths = 0, values = 0;
     double mixed_gradients = 0, true_gradients = 0;
+    double steps = 0, mixed_steps = 0, true_steps = 0, step_count = 0;
+    Signal last, last_truth;
+    std::vector<char> last_counted;
 
     void add(const TemporalFrame& frame, const SignalSpace& space, const Signal& signal,
-             const Signal* truth);
-    void compare(const SignalSpace& space, const std::vector<char>& counted, const Signal& signal,
-                 const Signal& truth);
+             const Signal* truth, const FrameDrift* drift);
+    void compare(const TemporalFrame& frame, const SignalSpace& space, const Signal& signal, const Signal& truth);
+    void compare_steps(const TemporalFrame& frame, const Signal& signal, const Signal& truth);
     RelightMeasures::Side finish();
   };
 
