@@ -92,10 +92,18 @@ TEST_F(AtomicFileTest, WritesThroughALink) {
   EXPECT_EQ(get(folder / "x"), "new");
 }
 
-TEST_F(AtomicFileTest, RefusesADirectoryAndAMissingFolder) {
+TEST_F(AtomicFileTest, MakesOneFolderAndLeavesItNotEmpty) {
+  { AtomicFile given_up(folder / "new" / "x"); }
+  EXPECT_FALSE(fs::exists(folder / "new"));
+  write_file(folder / "new" / "x", {});
+  EXPECT_TRUE(fs::exists(folder / "new" / "x"));
+  fs::remove_all(folder / "new");
+}
+
+TEST_F(AtomicFileTest, RefusesADirectoryAndMissingFolders) {
   EXPECT_THAT(error_of([&] { AtomicFile file(folder); }), HasSubstr("is a directory"));
-  EXPECT_THAT(error_of([&] { AtomicFile file(folder / "no" / "x"); }),
-              HasSubstr("make its folder first"));
+  EXPECT_THAT(error_of([&] { AtomicFile file(folder / "no" / "ne" / "x"); }),
+              HasSubstr("make the folder around its folder first"));
   EXPECT_EQ(files(), 0);
 }
 
@@ -122,7 +130,7 @@ TEST_F(AtomicFileTest, MakesAFolderOnDemandForTheFirstFile) {
   EXPECT_TRUE(fs::exists(out / "x"));
   make_no_more(out);
   fs::remove_all(folder / "out");
-  EXPECT_THAT(error_of([&] { AtomicFile file(out / "x"); }), HasSubstr("make its folder first"));
+  EXPECT_THAT(error_of([&] { AtomicFile file(out / "x"); }), HasSubstr("make the folder around its folder first"));
 }
 
 TEST_F(AtomicFileTest, SaysWhyAFolderCannotBeMade) {

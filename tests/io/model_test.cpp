@@ -432,8 +432,8 @@ TEST_F(ModelFile, IsRefusedWhenCutAnywhereOrReadAsFarAsItGoes) {
 TEST_F(ModelFile, IsRefusedForWritingInWords) {
   EXPECT_THAT(io_error_of([&] { write_model(folder / "m.stl", two_chart_square()); }),
               HasSubstr("its extension is none of .obj, .ply, .gltf, .glb"));
-  EXPECT_THAT(io_error_of([&] { write_model(folder / "no/m.obj", two_chart_square()); }),
-              HasSubstr("make its folder first"));
+  EXPECT_THAT(io_error_of([&] { write_model(folder / "no/ne/m.obj", two_chart_square()); }),
+              HasSubstr("make the folder around its folder first"));
   EXPECT_EQ(files(), 0);
   Model model = two_chart_square();
   model.mesh.triangles[1][2] = 4;

@@ -132,8 +132,8 @@ TEST_F(Video, SaysWhatIsWrong) {
   EXPECT_THROW(VideoWriter(folder / "v.avi", 64, 64), InvalidInput);
   EXPECT_THROW(VideoWriter(folder / "v.mp4", 0, 64), InvalidInput);
   EXPECT_THROW(VideoWriter(folder / "v.mp4", 64, 64, {.rate = NAN}), InvalidInput);
-  EXPECT_THAT(io_error_of([&] { VideoWriter(folder / "none" / "v.mp4", 64, 64); }),
-              HasSubstr("make its folder first"));
+  EXPECT_THAT(io_error_of([&] { VideoWriter(folder / "no" / "ne" / "v.mp4", 64, 64); }),
+              HasSubstr("make the folder around its folder first"));
   VideoWriter video(folder / "v.mp4", 64, 64);
   EXPECT_THROW(video.write(ramp(32, 64, 0)), InvalidInput);
 }

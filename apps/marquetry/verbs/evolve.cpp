@@ -16,10 +16,12 @@ namespace {
 
 constexpr double tracking_share = 0.75;  // of the time
 
-/// Whether half of the frames or more have something that only passes.
+/// Whether half of the frames or more have something that only passes, and they are more than what ends soon anyway.
 bool is_noisy(const Json& frames) {
+  constexpr std::ptrdiff_t few = 30;
+  if (std::ssize(frames) <= few) return false;
   const auto noisy = std::ranges::count_if(frames, [](const Json& frame) { return frame.value("passing", 0) > 0; });
-  return noisy > 0 && 2 * noisy >= std::ssize(frames);
+  return 2 * noisy >= std::ssize(frames);
 }
 
 Exit evolve(Run& run) {
@@ -35,7 +37,7 @@ Exit evolve(Run& run) {
   if (options.has("picture")) paths.emplace_back(options.text("picture"));
   if (!options.has("look-ahead") && is_noisy(measured["frames"]))
     run.terminal().remark("most frames have holes or handles that only pass, as noisy captures do: with --look-ahead 0 "
-                          "texture coordinates of these last longer, in fewer charts ('unwrap' makes an atlas anew)");
+                          "texture coordinates of long ones last longer, in fewer charts ('unwrap' makes an atlas anew)");
   run.terminal().safe("");
   say_written(run, paths);
   return Exit::done;

@@ -50,16 +50,16 @@ std::filesystem::path folder_name(const std::filesystem::path& folder) {
   return name.has_filename() ? name : name.parent_path();
 }
 
-/// Makes a folder that may be made, and those around it; says which, the outer ones first.
+/// Makes a folder that is not there, and those around it where it was asked for; says which, the outer ones first.
 std::vector<std::filesystem::path> made_on_demand(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   std::vector<fs::path> missing;
-  if (folder.empty() || unfinished().on_demand.empty()) return missing;
+  if (folder.empty()) return missing;
   const fs::path name = folder_name(folder);
   std::error_code failure;
-  if (!unfinished().on_demand.contains(name)) return missing;
   for (fs::path part = name; !part.empty() && !fs::exists(part, failure); part = part.parent_path())
     missing.insert(missing.begin(), part);
+  if (missing.size() > 1 && !unfinished().on_demand.contains(name)) return {};
   fs::create_directories(name, failure);
   if (failure)
     throw IoError(
@@ -118,7 +118,7 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
     const int reason = errno;
     remove_made(made_);
     errno = reason;
-    fail(path_, errno == ENOENT ? "make its folder first" : "choose a folder you may write to");
+    fail(path_, errno == ENOENT ? "make the folder around its folder first" : "choose a folder you may write to");
   }
 }
 

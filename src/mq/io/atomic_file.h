@@ -14,9 +14,9 @@
 
 namespace mq {
 
-/// From here to `make_no_more` a folder that is not there is made, with those around it, when the
-/// first file is written to it, and removed with that file where it is not committed: so it is
-/// never left empty. Asked for twice it is to be let go twice.
+/// A folder that is not there is made when the first file is written to it, if the one around it is there, and removed
+/// with that file where it is not committed: so it is never left empty. From here to `make_no_more` those around this
+/// one are made, too. Asked for twice it is to be let go twice.
 void make_on_demand(const std::filesystem::path& folder);
 void make_no_more(const std::filesystem::path& folder);
 
@@ -24,8 +24,8 @@ class AtomicFile {
  public:
   /// Chooses a temporary name in the folder of `path` that ends in `path`'s extension (libraries
   /// that go by the extension find theirs) and makes an empty file of it. Throws `IoError` when
-  /// `path` names a directory, or its folder does not exist (but see `make_on_demand`) or cannot be
-  /// written to.
+  /// `path` names a directory, or neither its folder nor the one around that is there (but see
+  /// `make_on_demand`), or it cannot be written to.
   explicit AtomicFile(std::filesystem::path path);
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
