@@ -4,7 +4,7 @@
 ///     live_bench [MODEL [TEXELS [RADIUS...]]]
 ///
 /// MODEL is a sample; a brush of RADIUS times √area (0.01, 0.03 and 0.2 unless said) wanders over the
-/// surface and sharpens by 3, with halos limited as the viewer does it, so that two solutions are followed. Errors
+/// surface and sharpens touch by touch, up to 3, with halos limited as the viewer does it, so that two solutions are followed. Errors
 /// are of the texels' values, 0 … 1, in steps of 8 bits. One in five touches is compared.
 
 #include <algorithm>
@@ -27,7 +27,7 @@
 namespace mq {
 namespace {
 
-constexpr double alpha = 1e-4, strength = 3;
+constexpr double alpha = 1e-4, strength = 3, per_touch = 0.5;
 constexpr int frames = 30;
 constexpr int frames_per_solution = 5;  // one in so many touches is compared with the solution
 
@@ -108,6 +108,21 @@ void run(const SampleSpace& model, const std::string& name, double radius) {
   double brushed = 0, followed = 0, largest = 0;
   int cycles = 0, touches = 0;
   std::vector<char> is_under(std::size_t(texels.size()), 0);
+  const auto compare = [&](Errors& under, Errors& others) {
+    for (int k = 0; k < texels.size(); ++k) {
+      double error = 0, change = 0;
+      for (int c = 0; c < psi.cols(); ++c) {
+        const double wanted = shown(solution.signal(), k, c);
+        error = std::max(error, std::abs(shown(live.signal(), k, c) - wanted));
+        change = std::max(change, std::abs(wanted - psi(k, c)));
+      }
+      largest = std::max(largest, change);
+      if (is_under[k])
+        under.add(error);
+      else if (std::max(change, error) > 0.5 / 255)
+        others.add(error);
+    }
+  };
   for (const int place : path(texels, 0.3 * radius * unit)) {
     const double processor_before = processor_seconds();
     const Stopwatch watch;
@@ -118,12 +133,12 @@ void run(const SampleSpace& model, const std::string& name, double radius) {
     std::vector<double> beta;
     for (const int k : under) {
       const double d = distance(texels.positions[k], texels.positions[place]) / (radius * unit);
-      beta.push_back(std::max(live.beta()[k], 1 + (strength - 1) * std::pow(1 - d * d, 2)));
+      beta.push_back(std::min(strength, live.beta()[k] + per_touch * (strength - 1) * std::pow(1 - d * d, 2)));
     }
     const double before_update = watch.seconds();
     live.modulate(under, beta);
     const double before_solve = watch.seconds();
-    cycles += live.follow().cycles;
+    cycles += live.follow({.enough = FollowOptions::for_a_picture}).cycles;
     times.update.push_back(before_solve - before_update);
     times.solve.push_back(watch.seconds() - before_solve);
     times.all.push_back(watch.seconds() - before_update + times.find.back());
@@ -136,20 +151,16 @@ void run(const SampleSpace& model, const std::string& name, double radius) {
     solution.settle({.tolerance = 1e-7});
     std::fill(is_under.begin(), is_under.end(), 0);
     for (const int k : under) is_under[k] = 1;
-    for (int k = 0; k < texels.size(); ++k) {
-      double error = 0, change = 0;
-      for (int c = 0; c < psi.cols(); ++c) {
-        const double wanted = shown(solution.signal(), k, c);
-        error = std::max(error, std::abs(shown(live.signal(), k, c) - wanted));
-        change = std::max(change, std::abs(wanted - psi(k, c)));
-      }
-      largest = std::max(largest, change);
-      if (is_under[k])
-        under_brush.add(error);
-      else if (std::max(change, error) > 0.5 / 255)
-        elsewhere.add(error);
-    }
+    compare(under_brush, elsewhere);
   }
+  const Stopwatch watch;
+  int rests = 0;
+  while (live.follow({.enough = FollowOptions::for_a_picture}).unfinished > 0) ++rests;
+  const double resting = watch.seconds();
+  Errors under_at_rest, elsewhere_at_rest, settled;
+  compare(under_at_rest, elsewhere_at_rest);
+  live.settle({.tolerance = 1e-7, .least_cycles = 4});
+  compare(settled, settled);
   fmt::print("{}: {} texels, a brush of {} √area: {:.0f} texels under it, solved for {:.0f}\n", name, space.size(),
              radius, brushed, followed);
   fmt::print("  find:   {}\n  update: {}\n  solve:  {}; {:.1f} cycles\n  all:    {}\n  processor time of all: {}\n",
@@ -158,6 +169,9 @@ void run(const SampleSpace& model, const std::string& name, double radius) {
   fmt::print("  shown right after a touch, in steps of 8 bits of a change of up to {:.0f}:\n"
              "    under the brush: {}\n    elsewhere, where anything changed: {}\n",
              255 * largest, under_brush.summary(), elsewhere.summary());
+  fmt::print("  at rest, {} times more, {:.1f} ms:\n    where it was last: {}\n    elsewhere: {}\n"
+             "  settled: {}\n",
+             rests + 1, 1e3 * resting, under_at_rest.summary(), elsewhere_at_rest.summary(), settled.summary());
 }
 
 }  // namespace
