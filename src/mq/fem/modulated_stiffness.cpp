@@ -13,6 +13,12 @@
 
 namespace mq {
 
+namespace {
+
+constexpr std::int64_t rows_at_once = 16384;  // to a thread
+
+}  // namespace
+
 ModulatedStiffness::ModulatedStiffness(const TexelSpace& space, const Signal& psi) : space_(space), psi_(psi) {
   require(psi.rows() == space.size() && psi.cols() > 0,
           fmt::format("a signal of {} × {} was given for {} texels", psi.rows(), psi.cols(), space.size()));
@@ -156,7 +162,7 @@ void ModulatedStiffness::take_rows(std::span<const int> wanted, std::span<const 
       Eigen::Map<Row>(to, count) = sum;
       to += count;
     }
-  });
+  }, rows_at_once);
 }
 
 Signal ModulatedStiffness::rows(std::span<const int> wanted, std::span<const std::span<const double>> betas) {

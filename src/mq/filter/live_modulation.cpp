@@ -34,6 +34,8 @@ constexpr double least_reach = 8;      // unknowns: as many as relaxation sees
 constexpr double bins_per_reach = 2;   // along an axis
 constexpr double most_to_keep = 1.25;  // times the bins needed: else another N is chosen
 constexpr Eigen::Index most_lanes = 8;  // channels that are solved for at once
+// Rows to a thread: fewer are done before another one has come, and waited for where something else runs on its core.
+constexpr std::int64_t rows_at_once = 16384;
 
 /// S_β·ψ in some rows for each of several β, side by side.
 using StiffnessRows = std::function<Signal(std::span<const int>, std::span<const std::span<const double>>)>;
@@ -193,7 +195,7 @@ void LiveModulation::Data::take_right_hand_side(Eigen::Index first, Eigen::Index
     for (Eigen::Index c = 0; c < local.lanes(); ++c)
       local.right_hand_side()[std::int64_t(i) * local.lanes() + c] =
           c < channels ? float(factor * r(i, first + c)) : 0.0F;
-  });
+  }, rows_at_once);
 }
 
 /// φ_N += z, r −= A_·N·z.
@@ -213,7 +215,7 @@ void LiveModulation::Data::add_solution(Eigen::Index first) {
       product += A.valuePtr()[e] * z(A.innerIndexPtr()[e]);
     Row::Map(r.data() + i * r.cols() + first) -= product;
     Row::Map(phi.data() + i * phi.cols() + first) += z(i);
-  });
+  }, rows_at_once);
 }
 
 void LiveModulation::Data::add_solution(Eigen::Index first, Eigen::Index channels) {
@@ -320,7 +322,7 @@ void LiveModulation::modulate(std::span<const int> unknowns, std::span<const dou
     const auto now = d.weight * changes.row(i);
     d.r.row(rows[std::size_t(i)]) += now - d.b.row(rows[std::size_t(i)]);
     d.b.row(rows[std::size_t(i)]) = now;
-  });
+  }, rows_at_once);
 }
 
 Followed LiveModulation::follow(const FollowOptions& options) {
