@@ -15,6 +15,7 @@
 #include "mq/base/stopwatch.h"
 #include "mq/filter/live_modulation.h"
 #include "mq/image/histogram.h"
+#include "mq/linear/row_set.h"
 #include "paint_target.h"
 #include "session.h"
 #include "tool.h"
@@ -164,6 +165,7 @@ class FilterTool : public Tool {
   /// progress.
   Progress solving(double from, double to, const Progress& progress);
   void follow(const Wanted& wanted);
+  Followed follow_on();
   enum class Extent { all, followed };
   void show(Extent extent);
   void count_values(const ShownSignal& values);
@@ -213,6 +215,8 @@ class FilterTool : public Tool {
   std::optional<LiveModulation> live_;  ///< of β = 1 + mask
   Histogram values_before_, values_after_;  ///< guarded, once `ready_`; of colours, all together
   std::vector<int> followed_;
+  RowSet of_touches_;             ///< empty between calls
+  std::int64_t unfinished_ = 0;   ///< unknowns that are solved for on while nothing new is wanted
   double weight_ = 0, gain_ = 0;
   std::deque<Save> saves_;     ///< guarded; the first is being written, or will be
   std::vector<Save> written_;  ///< guarded; masks, for the window's thread to take note of

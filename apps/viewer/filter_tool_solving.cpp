@@ -47,6 +47,7 @@ void FilterTool::prepare(const Progress& progress) {
   want();
   mask_.assign(std::size_t(before_.rows()), 0);
   followed_ = mask_;
+  of_touches_ = RowSet(before_.rows());
   preparing_ = watch.seconds();
   const Signal nothing_yet = before_;
   count_values({before_, nothing_yet, 0});
@@ -108,6 +109,7 @@ void FilterTool::make_live(const Wanted& wanted, const Progress& progress) {
   const Stopwatch watch;
   for (const auto& [unknown, value] : wanted.mask) followed_[std::size_t(unknown)] = value;
   live_.reset();
+  unfinished_ = 0;
   begin_solving();
   try {
     LiveOptions live;
@@ -176,7 +178,12 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     show(Extent::all);
     return true;
   }
-  if (!settled_ && brushing_) return false;  // the next touch comes soon
+  if (!settled_ && brushing_) {  // the next touch comes soon
+    if (unfinished_ == 0) return false;
+    follow_on();
+    show(Extent::followed);
+    return true;
+  }
   if (!settled_) {
     if (std::ranges::all_of(followed_, [](int m) { return m == 0; })) {
       settled_ = true;
@@ -191,17 +198,16 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
 
 void FilterTool::follow(const Wanted& wanted) {
   Timing timing{.unknowns = wanted.mask.size()};
-  std::vector<int> unknowns;
-  std::vector<double> beta;
   for (const auto& [unknown, value] : wanted.mask) {
     followed_[std::size_t(unknown)] = value;
-    unknowns.push_back(unknown);
+    of_touches_.add(unknown);
   }
-  std::ranges::sort(unknowns);
-  unknowns.erase(std::unique(unknowns.begin(), unknowns.end()), unknowns.end());
-  for (const int k : unknowns) {
-    const double mask = double(followed_[std::size_t(k)]) / full;
-    beta.push_back(1 + (mask < 0 ? mask / gain_ : mask));
+  const std::vector<int> unknowns = of_touches_.rows();
+  of_touches_.clear();
+  std::vector<double> beta(unknowns.size());
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const double mask = double(followed_[std::size_t(unknowns[i])]) / full;
+    beta[i] = 1 + (mask < 0 ? mask / gain_ : mask);
   }
   {
     const Stopwatch watch;
@@ -211,13 +217,21 @@ void FilterTool::follow(const Wanted& wanted) {
   const bool small = double(unknowns.size()) < most_to_follow * double(followed_.size());
   if (small) {
     const Stopwatch watch;
-    timing.cycles = live_->follow({.error = seen / std::max(std::abs(gain_), seen)}).cycles;
+    timing.cycles = follow_on().cycles;
     timing.solve = watch.seconds();
   }
   const Stopwatch watch;
   show(small ? Extent::followed : Extent::all);
   timing.show = watch.seconds();
   timings_.push_back(timing);
+}
+
+/// As far as a picture can wait for it.
+Followed FilterTool::follow_on() {
+  const Followed followed = live_->follow(
+      {.error = seen / std::max(std::abs(gain_), seen), .enough = FollowOptions::for_a_picture});
+  unfinished_ = followed.unfinished;
+  return followed;
 }
 
 void FilterTool::show(Extent extent) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "filter_tool.h"
+#include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/filter/modulation.h"
 
@@ -63,9 +64,11 @@ void FilterTool::dab(const Vector3& place) {
   const std::vector<int> unknowns = paint_target_->reach(place, radius);
   touched_ = touched_ || !unknowns.empty();
   const Spot spot{place, radius, strength_, hardness_};
-  std::vector<int> after;
-  for (const int k : unknowns)
-    after.push_back(painted_with(mask_[std::size_t(k)], paint_at(spot, paint_target_->place(k))));
+  std::vector<int> after(unknowns.size());
+  parallel_for(std::ssize(unknowns), [&](std::int64_t i) {
+    const int k = unknowns[std::size_t(i)];
+    after[std::size_t(i)] = painted_with(mask_[std::size_t(k)], paint_at(spot, paint_target_->place(k)));
+  });
   change(unknowns, after);
   touches_.push_back(watch.seconds());
 }

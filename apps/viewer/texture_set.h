@@ -101,7 +101,8 @@ class TextureSet {
     /// Whether the value is another now.
     bool put(std::size_t at, float value) {
       if (!bytes) return std::exchange(large[at], value) != value;
-      const auto byte = std::uint8_t(std::lround(std::clamp(value, 0.F, 1.F) * 255));
+      // As `std::lround`, which is called as a function: half is added to a float without rounding.
+      const auto byte = std::uint8_t(int(double(std::clamp(value, 0.F, 1.F) * 255) + 0.5));
       return std::exchange(small[at], byte) != byte;
     }
     float get(std::size_t at) const { return bytes ? float(small[at]) / 255 : large[at]; }

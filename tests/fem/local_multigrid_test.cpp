@@ -172,20 +172,38 @@ TEST(LocalMultigrid, SolvesEachChannelAsIfItWereAlone) {
   LocalSolve wanted;
   const Vector x = solve(s, alone, b, 1e-3, &wanted);
   const Scaling& scaling = s.hierarchy.scaling();
-  for (const int forced : {0, 2, 3}) {  // the others stay 0, and need no cycle
-    LocalMultigrid four(s.hierarchy.multigrid(), 4);
-    four.choose(s.middle(25));
-    for (const int i : four.rows())
-      four.right_hand_side()[std::size_t(i) * 4 + forced] = float(scaling.common * scaling.row(i) * b[i]);
-    const LocalSolve report = four.solve({.error = 1e-3, .max_cycles = 30});
-    EXPECT_EQ(report.cycles, wanted.cycles);
-    EXPECT_NEAR(report.error, wanted.error, 0.01 * wanted.error);
-    for (const int i : four.rows())
-      for (int channel = 0; channel < 4; ++channel)
-        ASSERT_NEAR(scaling.row(i) * double(four.solution()[std::size_t(i) * 4 + channel]),
-                    channel == forced ? x[i] : 0, 1e-5 * x.cwiseAbs().maxCoeff())
-            << forced << ", " << channel;
-  }
+  for (const int lanes : {4, 8})
+    for (const int forced : {0, 2, 3, 6}) {  // the others stay 0, and need no cycle
+      if (forced >= lanes) continue;
+      LocalMultigrid several(s.hierarchy.multigrid(), lanes);
+      several.choose(s.middle(25));
+      for (const int i : several.rows())
+        several.right_hand_side()[std::size_t(i) * std::size_t(lanes) + std::size_t(forced)] =
+            float(scaling.common * scaling.row(i) * b[i]);
+      const LocalSolve report = several.solve({.error = 1e-3, .max_cycles = 30});
+      EXPECT_EQ(report.cycles, wanted.cycles);
+      EXPECT_NEAR(report.error, wanted.error, 0.01 * wanted.error);
+      for (const int i : several.rows())
+        for (int channel = 0; channel < lanes; ++channel)
+          ASSERT_NEAR(scaling.row(i) * double(several.solution()[std::size_t(i * lanes + channel)]),
+                      channel == forced ? x[i] : 0, 1e-5 * x.cwiseAbs().maxCoeff())
+              << lanes << ", " << forced << ", " << channel;
+    }
+}
+
+TEST(LocalMultigrid, EndsWhereItWasDoneEnough) {
+  const System s;
+  LocalMultigrid local(s.hierarchy.multigrid(), 1);
+  local.choose(s.middle(25));
+  const auto solved = [&](std::int64_t enough) {
+    for (const int i : local.rows()) local.right_hand_side()[i] = 1;
+    return local.solve({.error = 0, .max_cycles = 5, .enough = enough});
+  };
+  const std::int64_t of_a_cycle = solved(0).updates;
+  EXPECT_EQ(solved(0).cycles, 1);
+  EXPECT_EQ(solved(of_a_cycle).cycles, 1);
+  EXPECT_EQ(solved(of_a_cycle + 1).cycles, 2);
+  EXPECT_EQ(solved(5 * of_a_cycle).cycles, 5);
 }
 
 TEST(LocalMultigrid, CostsTheRowsThatItSolves) {
@@ -202,18 +220,26 @@ TEST(LocalMultigrid, CostsTheRowsThatItSolves) {
 }
 
 TEST(LocalMultigrid, IsTheSameForAnyNumberOfThreads) {
-  const System s;
-  const Vector b = forces(s);
-  std::vector<Vector> found;
-  for (const int threads : {1, 2, 7}) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                    std::size_t(threads));
-    LocalMultigrid local(s.hierarchy.multigrid(), 1);
-    local.choose(s.middle(40));
-    found.push_back(solve(s, local, b, 1e-4));
+  const System s(480);
+  const Signal b = test::random_signal(s.space.size(), 8);
+  const Scaling& scaling = s.hierarchy.scaling();
+  for (const int lanes : {1, 8}) {
+    std::vector<std::vector<float>> found;
+    for (const int threads : {1, 2, 7}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                      std::size_t(threads));
+      LocalMultigrid local(s.hierarchy.multigrid(), lanes);
+      local.choose(s.middle(140));
+      ASSERT_GT(std::ssize(local.rows()), 40000);  // fewer are left to one thread
+      for (const int i : local.rows())
+        for (int lane = 0; lane < lanes; ++lane)
+          local.right_hand_side()[std::size_t(i * lanes + lane)] = float(scaling.common * scaling.row(i) * b(i, lane));
+      local.solve({.error = 0, .max_cycles = 3});
+      found.emplace_back(local.solution(), local.solution() + std::ptrdiff_t(s.space.size()) * lanes);
+    }
+    EXPECT_EQ(found[0], found[1]);
+    EXPECT_EQ(found[0], found[2]);
   }
-  EXPECT_EQ(found[0], found[1]);
-  EXPECT_EQ(found[0], found[2]);
 }
 
 }  // namespace

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "fem/cut_squares.h"
 #include "mq/mesh/closest_point.h"
 
@@ -85,6 +88,45 @@ TEST(SurfaceBall, DoesNotReachThroughToTheOtherSide) {
   const auto [near_below, near_above] = on_both_sides({0.42, 0.5, 0}, 0.15);
   EXPECT_GT(near_below, 200);
   EXPECT_GT(near_above, 200);
+}
+
+/// Over all couplings of the stiffness, one by one.
+std::vector<int> reached_over_edges(const TexelSpace& space, const std::vector<int>& begin, const Vector3& place,
+                                    double radius) {
+  std::vector<std::vector<int>> around(std::size_t(space.size()));
+  for (const auto& [i, j] : space.edges()) {
+    around[std::size_t(i)].push_back(j);
+    around[std::size_t(j)].push_back(i);
+  }
+  std::vector<char> seen(std::size_t(space.size()), 0);
+  std::vector<int> ahead = begin, found;
+  while (!ahead.empty()) {
+    const int k = ahead.back();
+    ahead.pop_back();
+    if (std::exchange(seen[std::size_t(k)], 1) || !((place_of(space, k) - place).norm() < radius)) continue;
+    found.push_back(k);
+    ahead.insert(ahead.end(), around[std::size_t(k)].begin(), around[std::size_t(k)].end());
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
+TEST(SurfaceBall, IsWhatCouplingsReach) {
+  for (const fixtures::Cut& cut : fixtures::cut_squares()) {
+    const TexelSpace space(cut.model->surface, cut.model->atlas);
+    const ClosestPointFinder closest(cut.model->surface.mesh);
+    SurfaceBall ball(space);
+    for (const double radius : {0.02, 0.1, 0.4, 3.0})
+      for (const Vector3& place : {Vector3(0.31, 0.48, 0), Vector3(0.5, 0.5, 0), Vector3(0.97, 0.04, 0)}) {
+        const ClosestPoint at = closest(place);
+        if (cut.model->atlas.chart[std::size_t(at.triangle)] < 0) continue;
+        std::vector<int> begin;
+        for (const auto& [texel, weight] : space.basis_at(at.triangle, at.barycentric)) begin.push_back(texel);
+        EXPECT_EQ(ball.reach(at.triangle, at.barycentric, place, radius),
+                  reached_over_edges(space, begin, place, radius))
+            << cut.name << ", " << radius;
+      }
+  }
 }
 
 TEST(SurfaceBall, CrossesTheBorderOfATextureThatRepeats) {

@@ -3,6 +3,7 @@
 #include "mq/filter/live_modulation.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -133,6 +134,129 @@ TEST(LiveModulation, FollowsUntilNobodySeesWhatIsLeft) {
     const Signal exact = ScreenedPoisson(p.space, p.weight).solve(p.psi, live.beta()).signal;
     EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 3e-3);
   }
+}
+
+/// w·S_{β−1}·ψ − A·(φ − ψ) for the modulation of either solution.
+Signal residual_of(const Painted& p, const LiveModulation& live, const std::vector<double>& texture) {
+  std::vector<double> all, of_texture;
+  for (std::size_t k = 0; k < texture.size(); ++k) {
+    const double beta = live.beta()[k];
+    all.push_back(beta - 1);
+    of_texture.push_back((beta - 1) * (beta > 1 ? texture[k] : 1));
+  }
+  const SparseMatrix A = p.space.regularised_system(1, p.weight);
+  Signal left(p.space.size(), 2 * p.psi.cols());
+  left << p.weight * p.space.stiffness_times(p.psi, all) - A * Signal(live.signal().leftCols(p.psi.cols()) - p.psi),
+      p.weight * p.space.stiffness_times(p.psi, of_texture) -
+          A * Signal(live.signal().rightCols(p.psi.cols()) - p.psi);
+  return left;
+}
+
+LiveOptions with_texture(const Painted& p) {
+  LiveOptions options;
+  for (int k = 0; k < p.space.size(); ++k) options.texture.push_back(k % 11 / 10.0);
+  return options;
+}
+
+constexpr FollowOptions one_cycle{.error = 1e-4, .enough = 1};
+
+TEST(LiveModulation, CarriesWhatACycleLeavesOver) {
+  const Painted p;
+  const LiveOptions options = with_texture(p);
+  LiveModulation live(p.space, p.weight, p.psi, options);
+  const double scale = p.weight * p.space.stiffness_times(p.psi).cwiseAbs().maxCoeff();
+  for (const double x : {0.3, 0.4, 0.5, 0.6}) {
+    const std::vector<int> texels = p.under(x, 0.5, 0.15);
+    live.modulate(texels, std::vector<double>(texels.size(), x < 0.5 ? 3.0 : 0.2));
+    const Followed followed = live.follow(one_cycle);
+    EXPECT_EQ(followed.cycles, 1);
+    EXPECT_GE(followed.unfinished, std::ssize(texels));
+    EXPECT_GT(live.residual().cwiseAbs().maxCoeff(), 1e-4 * scale);
+    EXPECT_LT((live.residual() - residual_of(p, live, options.texture)).cwiseAbs().maxCoeff(), 1e-11 * scale);
+  }
+}
+
+TEST(LiveModulation, FinishesAtRestWhatACycleLeavesOver) {
+  const Painted p;
+  LiveOptions options = with_texture(p);
+  options.reach = 12;  // so that what each touch leaves beyond it does not count
+  LiveModulation moving(p.space, p.weight, p.psi, options), thorough(p.space, p.weight, p.psi, options);
+  for (const double x : {0.2, 0.35, 0.5, 0.65, 0.8}) {
+    const std::vector<int> texels = p.under(x, 0.5, 0.12);
+    const std::vector<double> beta(texels.size(), 3.0);
+    moving.modulate(texels, beta);
+    moving.follow(one_cycle);
+    thorough.modulate(texels, beta);
+    thorough.follow({.error = 1e-4, .max_cycles = 20});
+  }
+  const auto apart = [&] { return (moving.signal() - thorough.signal()).cwiseAbs().maxCoeff(); };
+  const double before = apart();
+  EXPECT_GT(before, 2e-3);
+  int times = 0;
+  while (moving.follow(one_cycle).unfinished > 0) ASSERT_LT(++times, 20);
+  EXPECT_GT(times, 1);
+  EXPECT_LT(apart(), 1e-3);
+  // All of it settles where the equation does, for both solutions.
+  EXPECT_TRUE(moving.settle({.tolerance = 1e-9, .least_cycles = 4}).converged);
+  const std::vector<double> all(moving.beta().begin(), moving.beta().end());
+  std::vector<double> of_texture;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    of_texture.push_back(1 + (all[k] - 1) * (all[k] > 1 ? options.texture[k] : 1));
+  const ScreenedPoisson equation(p.space, p.weight);
+  EXPECT_LT((moving.signal().leftCols(3) - equation.solve(p.psi, all).signal).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((moving.signal().rightCols(3) - equation.solve(p.psi, of_texture).signal).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(LiveModulation, GoesBackToWhereItLeftSomethingOver) {
+  const Painted p;
+  LiveModulation live(p.space, p.weight, p.psi);
+  const std::vector<int> first = p.under(0.15, 0.15, 0.08), last = p.under(0.85, 0.85, 0.08);
+  ASSERT_FALSE(first.empty());
+  for (const std::vector<int>& texels : {first, last}) {
+    live.modulate(texels, std::vector<double>(texels.size(), 3.0));
+    live.follow(one_cycle);
+  }
+  EXPECT_FALSE(std::ranges::includes(live.followed(), first));
+  std::int64_t left = live.follow(one_cycle).unfinished;
+  EXPECT_TRUE(std::ranges::includes(live.followed(), last));  // where one looks, before anything else
+  bool went_back = false;
+  for (int times = 0; left > 0; ++times) {
+    ASSERT_LT(times, 20);
+    left = live.follow(one_cycle).unfinished;
+    went_back |= std::ranges::includes(live.followed(), first);
+  }
+  EXPECT_TRUE(went_back);
+}
+
+TEST(LiveModulation, TakesNoTroubleOverWhatStaysAsItIs) {
+  const Painted p;
+  LiveModulation live(p.space, p.weight, p.psi);
+  const std::vector<int> texels = p.under(0.3, 0.3, 0.1), others = p.under(0.7, 0.7, 0.05);
+  live.modulate(texels, std::vector<double>(texels.size(), 3.0));
+  while (live.follow().unfinished > 0) {}
+  std::vector<int> both = texels;
+  both.insert(both.end(), others.begin(), others.end());
+  live.modulate(both, std::vector<double>(both.size(), 3.0));
+  live.follow();
+  EXPECT_FALSE(std::ranges::includes(live.followed(), texels));
+  EXPECT_TRUE(std::ranges::includes(live.followed(), others));
+}
+
+TEST(LiveModulation, IsTheSameForAnyNumberOfThreads) {
+  const Painted p;
+  std::vector<Signal> found;
+  for (const int threads : {1, 2, 7}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+    LiveModulation live(p.space, p.weight, p.psi, with_texture(p));
+    for (const double x : {0.4, 0.6}) {
+      const std::vector<int> texels = p.under(x, 0.5, 0.3);
+      live.modulate(texels, std::vector<double>(texels.size(), 3.0));
+      live.follow(one_cycle);
+    }
+    found.push_back(live.signal());
+  }
+  EXPECT_EQ(found[0], found[1]);
+  EXPECT_EQ(found[0], found[2]);
 }
 
 TEST(LiveModulation, CostsWhatIsUnderTheBrush) {

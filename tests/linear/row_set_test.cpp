@@ -25,6 +25,24 @@ TEST(RowSet, HoldsWhatWasAddedInIncreasingOrder) {
   }
 }
 
+TEST(RowSet, TakesConsecutiveRowsAsItTakesThemOneByOne) {
+  RowSet set(1000), one_by_one(1000);
+  for (int i = 0; i < 60; ++i) {
+    const RowSet::Segment some{(i * 37) % 870, (i * i) % 131};
+    set.add(some);
+    for (int k = 0; k < some.count; ++k) one_by_one.add(some.first + k);
+    ASSERT_EQ(set.rows(), one_by_one.rows()) << i;
+    ASSERT_EQ(set.count(), one_by_one.count()) << i;
+    if (i % 20 == 19) set.clear(), one_by_one.clear();
+  }
+  set.add(RowSet::Segment{64, 64});
+  set.add(RowSet::Segment{0, 1000});
+  EXPECT_EQ(set.count(), 1000);
+  set.clear();
+  set.add(RowSet::Segment{999, 1});
+  EXPECT_EQ(set.rows(), std::vector<int>{999});
+}
+
 TEST(RowSet, SegmentsAreItsRows) {
   const std::vector<int> rows = {0, 1, 2, 63, 64, 65, 128, 200, 201};
   std::vector<int> again;

@@ -65,26 +65,31 @@ PointBins::PointBins(std::span<const std::array<float, 3>> points, double side) 
   for (int k = 0; k < count; ++k) members_[at[bin_of_[k]]++] = k;
 }
 
+std::vector<int> PointBins::around_bin(int bin, double reach) const {
+  const int away = int(std::min(std::ceil(reach / side_), double(bin_count())));
+  std::vector<int> found;
+  const auto take = [&](int other) {
+    if (distance(boxes_[std::size_t(bin)], boxes_[std::size_t(other)]) <= reach) found.push_back(other);
+  };
+  const Cube& middle = cubes_[std::size_t(bin)];
+  if (std::pow(2.0 * away + 1, 3) > bin_count()) {
+    for (int other = 0; other < bin_count(); ++other) take(other);
+    return found;
+  }
+  for (int x = -away; x <= away; ++x)
+    for (int y = -away; y <= away; ++y)
+      for (int z = -away; z <= away; ++z)
+        if (const auto at = bin_at_.find(key_of({middle[0] + x, middle[1] + y, middle[2] + z}));
+            at != bin_at_.end())
+          take(at->second);
+  return found;
+}
+
 std::vector<int> PointBins::around(std::span<const int> points, double reach) const {
   RowSet holding(bin_count()), near(bin_count());
-  for (const int k : points) holding.add(bin_of_[k]);
-  const int away = int(std::min(std::ceil(reach / side_), double(bin_count())));
-  for (const int bin : holding.rows()) {
-    const auto take = [&](int other) {
-      if (distance(boxes_[bin], boxes_[other]) <= reach) near.add(other);
-    };
-    const Cube& middle = cubes_[bin];
-    if (std::pow(2.0 * away + 1, 3) > bin_count()) {
-      for (int other = 0; other < bin_count(); ++other) take(other);
-      continue;
-    }
-    for (int x = -away; x <= away; ++x)
-      for (int y = -away; y <= away; ++y)
-        for (int z = -away; z <= away; ++z)
-          if (const auto at = bin_at_.find(key_of({middle[0] + x, middle[1] + y, middle[2] + z}));
-              at != bin_at_.end())
-            take(at->second);
-  }
+  for (const int k : points) holding.add(bin_of(k));
+  for (const int bin : holding.rows())
+    for (const int other : around_bin(bin, reach)) near.add(other);
   return near.rows();
 }
 

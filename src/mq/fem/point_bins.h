@@ -22,6 +22,11 @@ class PointBins {
   /// Boxes around the points of a bin stand for it, so that some are a little farther away.
   std::vector<int> around(std::span<const int> points, double reach) const;
 
+  /// The same for those near one bin, in any order.
+  std::vector<int> around_bin(int bin, double reach) const;
+
+  int bin_of(int point) const { return bin_of_[std::size_t(point)]; }
+
   /// The points of a bin, increasing.
   std::span<const int> points_of(int bin) const {
     return std::span(members_).subspan(std::size_t(starts_[bin]),

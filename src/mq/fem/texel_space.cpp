@@ -85,10 +85,7 @@ Signal TexelSpace::stiffness_rows(std::span<const int> rows, const Signal& psi,
       for (int k = 0; k < block.count; ++k) sum += beta[d.cells.seams.texels[block.first + k]];
       return sum / block.count;
     }
-    int k = 0;
-    while (k + 1 < d.grid.texture_count() && d.grid.first_cell(k + 1) <= block.cell) ++k;
-    const int local = block.cell - d.grid.first_cell(k), width = d.grid.texture(k).width + 1;
-    return mean_beta(d.grid.corners(k, local % width - 1, local / width - 1));
+    return mean_beta(d.corners_of(block.cell));
   };
   return d.stiffness_product(
       rows, psi, [&](int, const std::array<int, 4>& corners) { return mean_beta(corners); },

@@ -174,6 +174,7 @@ class TexelSpace : public SignalSpace {
 
  private:
   friend class TexelVectorSpace;
+  friend class ModulatedStiffness;
   struct Data;
   std::unique_ptr<Data> data_;
 };

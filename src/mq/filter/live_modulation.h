@@ -3,6 +3,7 @@
 /// solution follows while one looks on.
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -28,6 +29,12 @@ struct LiveOptions {
 struct FollowOptions {
   double error = 0.5 / 255;  ///< the largest that may be left of a value, estimated: half a step of 8 bits
   int max_cycles = 8;
+  /// `Followed::updates` from which on no further cycle begins, so that there is something to be seen soon: what is left
+  /// over is followed up by `follow` again, or by the next change there.
+  std::int64_t enough = std::numeric_limits<std::int64_t>::max();
+
+  /// So many that one solve takes 10 to 20 milliseconds on two cores.
+  static constexpr std::int64_t for_a_picture = 200'000;
 };
 
 /// What following a change took.
@@ -35,6 +42,7 @@ struct Followed {
   int cycles = 0;
   double error = 0;          ///< the largest that is left of a value near the change, estimated
   std::int64_t updates = 0;  ///< how often an unknown, or what stands for some on coarser levels, was relaxed
+  std::int64_t unfinished = 0;  ///< unknowns around this and earlier changes where cycles ended with more error left
 };
 
 struct SettleOptions {
@@ -50,8 +58,9 @@ struct SettleOptions {
 /// kept up with changes of β. Right-hand side, residual and φ − ψ stay between changes: a change of β
 /// costs the rows of the matrix it touches; following it, a few cycles of multigrid on the unknowns that
 /// are near (`LocalMultigrid`), whose cost does not depend on how many others there are. What is too
-/// small to be seen, and what that leaves for those further off, stays in the residual and is solved
-/// for with the next change there, or by `settle`. Begins with β = 1, which φ = ψ solves.
+/// small to be seen, what cycles that ended early leave over, and what that leaves for those further off, stays in
+/// the residual and is solved for with the next change there, by `follow` again or by `settle`. Begins with β = 1,
+/// which φ = ψ solves.
 ///
 /// Thesis 5.9.1, which runs cycles over the whole atlas.
 class LiveModulation {
@@ -70,7 +79,8 @@ class LiveModulation {
   /// is none or not finite.
   void modulate(std::span<const int> unknowns, std::span<const double> beta);
 
-  /// Solves around what was changed since the last time; once more where it did so last if nothing was.
+  /// Solves around what was changed since the last time. If nothing was, once more where it did so last, and when
+  /// nothing is unfinished there, everywhere that something is.
   Followed follow(const FollowOptions& options = {});
 
   /// The unknowns that the last `follow` may have changed, increasing.
@@ -81,6 +91,9 @@ class LiveModulation {
 
   /// β per unknown.
   std::span<const double> beta() const;
+
+  /// b − A·(φ − ψ): what is left to be solved for, the channels as `signal` has them.
+  const Signal& residual() const;
 
   /// φ now: the channels of ψ; with `LiveOptions::texture` followed by those of the solution for texture's part.
   const Signal& signal() const;

@@ -8,7 +8,7 @@
 
 namespace mq {
 
-/// rows × lanes floats, a row's lanes adjacent; one channel has 1 lane, two to four have 4.
+/// rows × lanes floats, a row's lanes adjacent; one channel has 1 lane, two to four have 4, up to eight have 8.
 /// Kernels load whole vector registers, so that up to `margin` floats before the first row and
 /// behind the last may be read; they are zero.
 class LaneVector {
@@ -44,7 +44,7 @@ class LaneVector {
   std::unique_ptr<float[], Free> values_;
 };
 
-/// The lanes that serve `channels` channels, at most 4.
-inline int lanes_for(int channels) { return channels == 1 ? 1 : 4; }
+/// The lanes that serve `channels` channels, at most 8.
+inline int lanes_for(int channels) { return channels == 1 ? 1 : channels <= 4 ? 4 : 8; }
 
 }  // namespace mq

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <span>
 
 #include "mq/base/parallel.h"
 
@@ -25,6 +26,8 @@ constexpr int last_sweeps = 12;  // on the last level where relaxation does not 
 // Below so many rows a cycle on one thread is done before others would have been called to each of
 // its steps and waited for, the more so where something else runs on their cores.
 constexpr std::int64_t rows_for_threads = 40000;
+// Coarser levels of a cycle that threads are called to begin where each of them has hardly more than that to do.
+constexpr std::int64_t rows_of_level_for_threads = 10000;
 
 /// Runs by their first row.
 std::vector<int> order_by_row(const StencilTiles& tiles) {
@@ -107,14 +110,20 @@ LocalMultigrid::LocalMultigrid(const Multigrid& multigrid, int lanes)
   }
 }
 
-void LocalMultigrid::clear(LaneVector& v, const std::vector<int>& rows) const {
+/// body(floats of the level's vectors before, and in, a piece of consecutive rows).
+template <class Body>
+void LocalMultigrid::for_segments(const Level& level, const Body& body) const {
   parallel_for(
-      std::ssize(rows),
+      std::ssize(level.segments),
       [&](std::int64_t i) {
-        std::memset(v.data() + std::int64_t(rows[i]) * lanes_, 0,
-                    sizeof(float) * std::size_t(lanes_));
+        const RowSet::Segment& s = level.segments[std::size_t(i)];
+        body(std::int64_t(s.first) * lanes_, std::size_t(s.count) * std::size_t(lanes_));
       },
-      8192);
+      256);
+}
+
+void LocalMultigrid::clear(LaneVector& v, const Level& level) const {
+  for_segments(level, [&](std::int64_t first, std::size_t count) { std::memset(v.data() + first, 0, sizeof(float) * count); });
 }
 
 /// Does something to the rows, by as many threads as it is worth.
@@ -132,15 +141,16 @@ void LocalMultigrid::choose(const RowSet& rows) {
 
 void LocalMultigrid::choose_rows(const RowSet& rows) {
   for (Level& level : levels_) {
-    clear(level.b, level.rows);
-    clear(level.x, level.rows);
-    if (&level != &levels_.back()) clear(level.r, level.rows);
+    clear(level.b, level);
+    clear(level.x, level);
+    if (&level != &levels_.back()) clear(level.r, level);
     level.set.clear();
     level.rows.clear();
+    level.segments.clear();
   }
   levels_.front().set = rows;
   levels_.front().rows = rows.rows();
-  clear(before_, levels_.front().rows);
+  levels_.front().segments = segments_of(levels_.front().rows);
   last_ = 0;
   for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
     last_ = l;
@@ -157,7 +167,7 @@ void LocalMultigrid::choose_rows(const RowSet& rows) {
 void LocalMultigrid::take_rows(std::size_t l) {
   Level& here = levels_[l];
   const MultigridLevel& whole = *multigrid_.levels[l];
-  const std::vector<RowSet::Segment> segments = segments_of(here.rows);
+  const std::vector<RowSet::Segment>& segments = here.segments;
   here.part.stencils = clipped(whole.layout, here.runs_by_row, segments);
   here.part.anisotropic = clipped(whole.matrix.anisotropic(), here.anisotropic_by_row, segments);
   here.part.irregular = positions_in(whole.layout.irregular, segments);
@@ -175,22 +185,27 @@ void LocalMultigrid::coarsen(std::size_t l) {
   const Level& here = levels_[l];
   Level& below = levels_[l + 1];
   const LevelTransfer& transfer = *multigrid_.levels[l]->transfer;
-  std::vector<WeightedIndex> children;
   std::array<WeightedIndex, 4> parents;
   RowSet seen(transfer.coarse_rows());
   for (const int fine : here.rows) {
     const int count = transfer.parents(fine, parents);
-    for (int i = 0; i < count; ++i) {
-      const int coarse = parents[i].index;
-      if (!seen.add(coarse)) continue;
-      children.clear();
-      transfer.children(coarse, children);
-      if (std::ranges::all_of(children,
-                              [&](const WeightedIndex& c) { return here.set.has(c.index); }))
-        below.set.add(coarse);
-    }
+    for (int i = 0; i < count; ++i) seen.add(parents[i].index);
   }
+  const std::vector<int> candidates = seen.rows();
+  std::vector<char> taken(candidates.size(), 0);
+  parallel_blocks(std::ssize(candidates), 4096, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<WeightedIndex> children;
+    for (std::int64_t i = begin; i < end; ++i) {
+      children.clear();
+      transfer.children(candidates[std::size_t(i)], children);
+      taken[std::size_t(i)] =
+          std::ranges::all_of(children, [&](const WeightedIndex& c) { return here.set.has(c.index); });
+    }
+  });
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (taken[i]) below.set.add(candidates[i]);
   below.rows = below.set.rows();
+  below.segments = segments_of(below.rows);
 }
 
 /// An irregular row whose patches reach beyond N, by Gauss and Seidel.
@@ -246,9 +261,15 @@ void LocalMultigrid::cycle(std::size_t l) {
   whole.matrix.residual(here.part, lanes_, here.b.data(), here.x.data(), here.r.data());
   rescale(here.rescaled, lanes_, here.r.data(), 1);
   whole.transfer->restrict_to(below.rows, lanes_, here.r.data(), below.b.data());
-  clear(below.x, below.rows);
-  cycle(l + 1);
-  if (l + 1 == std::size_t(multigrid_.options.twice_from) && l + 1 < last_) cycle(l + 1);
+  const auto cycles_below = [&] {
+    clear(below.x, below);
+    cycle(l + 1);
+    if (l + 1 == std::size_t(multigrid_.options.twice_from) && l + 1 < last_) cycle(l + 1);
+  };
+  if (std::ssize(below.rows) < rows_of_level_for_threads)
+    one_thread_.execute(cycles_below);
+  else
+    cycles_below();
   rescale(here.rescaled, lanes_, here.x.data(), -1);
   whole.transfer->prolongate_add(here.rows, lanes_, below.x.data(), here.x.data());
   rescale(here.rescaled, lanes_, here.x.data(), 1);
@@ -256,25 +277,41 @@ void LocalMultigrid::cycle(std::size_t l) {
 }
 
 /// The largest change of x by the last cycle.
-double LocalMultigrid::change_since_last() {
-  const Level& here = levels_.front();
+double LocalMultigrid::change_by(Cycle cycle) {
+  constexpr std::size_t wide = 8;
   struct Largest {
-    float value = 0;
-    Largest operator+(const Largest& other) const { return {std::max(value, other.value)}; }
+    std::array<float, wide> values{};
+    Largest operator+(const Largest& other) const {
+      Largest result;
+      for (std::size_t i = 0; i < wide; ++i) result.values[i] = std::max(values[i], other.values[i]);
+      return result;
+    }
+  };
+  const Level& here = levels_.front();
+  const auto take = [](std::span<const float> now, const float* before, auto& largest) {
+    const auto change = [&](std::size_t i) { return std::abs(before ? now[i] - before[i] : now[i]); };
+    std::size_t i = 0;
+    for (; i + wide <= now.size(); i += wide)
+      for (std::size_t k = 0; k < wide; ++k) largest[k] = std::max(largest[k], change(i + k));
+    for (; i < now.size(); ++i) largest[0] = std::max(largest[0], change(i));
   };
   const auto of_block = [&](std::int64_t begin, std::int64_t end) {
-    float largest = 0;
+    Largest largest;
     for (std::int64_t i = begin; i < end; ++i) {
-      const std::int64_t at = std::int64_t(here.rows[i]) * lanes_;
-      for (int lane = 0; lane < lanes_; ++lane) {
-        const float now = here.x.data()[at + lane];
-        largest = std::max(largest, std::abs(now - before_.data()[at + lane]));
-        before_.data()[at + lane] = now;
-      }
+      const RowSet::Segment& s = here.segments[std::size_t(i)];
+      const std::int64_t first = std::int64_t(s.first) * lanes_;
+      const std::span<const float> now(here.x.data() + first, std::size_t(s.count) * std::size_t(lanes_));
+      take(now, cycle == Cycle::first ? nullptr : before_.data() + first, largest.values);
     }
-    return Largest{largest};
+    return largest;
   };
-  return parallel_sum(std::ssize(here.rows), Largest{}, of_block).value;
+  return std::ranges::max(parallel_sum(std::ssize(here.segments), Largest{}, of_block, 256).values);
+}
+
+void LocalMultigrid::keep_solution() {
+  for_segments(levels_.front(), [&](std::int64_t first, std::size_t count) {
+    std::memcpy(before_.data() + first, levels_.front().x.data() + first, sizeof(float) * count);
+  });
 }
 
 LocalSolve LocalMultigrid::solve(const LocalSolveOptions& options) {
@@ -286,13 +323,13 @@ LocalSolve LocalMultigrid::solve(const LocalSolveOptions& options) {
 LocalSolve LocalMultigrid::solve_rows(const LocalSolveOptions& options) {
   LocalSolve report;
   updates_ = 0;
-  clear(levels_.front().x, rows());
-  clear(before_, rows());
+  clear(levels_.front().x, levels_.front());
   double last_change = 0;
   while (report.cycles < options.max_cycles) {
+    if (report.cycles > 0) keep_solution();
     cycle(0);
+    const double change = change_by(report.cycles == 0 ? Cycle::first : Cycle::later);
     ++report.cycles;
-    const double change = change_since_last();
     if (last_change > 0) {
       const double ratio = std::clamp(change / last_change, 0.01, 0.9);
       rate_ = std::max(ratio, ratio_);
@@ -300,7 +337,7 @@ LocalSolve LocalMultigrid::solve_rows(const LocalSolveOptions& options) {
     }
     last_change = change;
     report.error = change * rate_ / (1 - rate_);
-    if (report.error <= options.error) break;
+    if (report.error <= options.error || updates_ >= options.enough) break;
   }
   report.updates = updates_;
   return report;

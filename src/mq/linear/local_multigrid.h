@@ -2,6 +2,7 @@
 /// Multigrid around a change: the cycle on some rows of a matrix, at a cost of those rows.
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <tbb/task_arena.h>
@@ -14,6 +15,7 @@ namespace mq {
 struct LocalSolveOptions {
   double error = 1e-3;  ///< of x: stop when the largest that is left is estimated to be no more
   int max_cycles = 8;
+  std::int64_t enough = std::numeric_limits<std::int64_t>::max();  ///< updates from which on no further cycle begins
 };
 
 struct LocalSolve {
@@ -31,7 +33,7 @@ struct LocalSolve {
 /// row is left. The same bits for any number of threads.
 class LocalMultigrid {
  public:
-  /// The multigrid must outlive it. Keeps three floats per row and lane of all levels.
+  /// The multigrid must outlive it. Keeps three floats per row and lane of all levels. Lanes: 1, 4 or 8.
   LocalMultigrid(const Multigrid& multigrid, int lanes);
 
   /// Takes N. Costs about as much as a cycle. b and x become 0.
@@ -55,6 +57,7 @@ class LocalMultigrid {
   struct Level {
     RowSet set;
     std::vector<int> rows;
+    std::vector<RowSet::Segment> segments;  ///< the same rows
     StencilPart part;
     PatchSmoother::Within patches;
     std::vector<WeightedIndex> rescaled;
@@ -72,14 +75,18 @@ class LocalMultigrid {
   void cycle(std::size_t level);
   void relax(std::size_t level, int sweeps, Order order);
   void relax_alone(std::size_t level, int position);
-  void clear(LaneVector& v, const std::vector<int>& rows) const;
-  double change_since_last();
+  enum class Cycle { first, later };
+  template <class Body>
+  void for_segments(const Level& level, const Body& body) const;
+  void clear(LaneVector& v, const Level& level) const;
+  double change_by(Cycle cycle);
+  void keep_solution();
 
   const Multigrid& multigrid_;
   int lanes_;
   std::vector<Level> levels_;  ///< the last is the coarsest, which is solved as a whole if at all
   std::size_t last_ = 0;       ///< the last level in use
-  LaneVector before_;          ///< x before the cycle
+  LaneVector before_;          ///< x before the cycle, if that is not the first
   /// What a cycle leaves of the error: the last ratio of changes by two cycles, of this solve or
   /// the one before, and the larger of the last two.
   double ratio_ = 0.5, rate_ = 0.5;

@@ -34,6 +34,21 @@ class RowSet {
     return true;
   }
 
+  /// Consecutive rows, of which some may be in it.
+  void add(const Segment& rows) {
+    if (rows.count <= 0) return;
+    const std::int64_t first = rows.first, last = first + rows.count - 1;
+    begin_ = std::min(begin_, first / 64);
+    end_ = std::max(end_, last / 64 + 1);
+    for (std::int64_t w = first / 64; w <= last / 64; ++w) {
+      std::uint64_t bits = ~std::uint64_t(0);
+      if (w == first / 64) bits &= ~std::uint64_t(0) << (first % 64);
+      if (w == last / 64) bits &= ~std::uint64_t(0) >> (63 - last % 64);
+      count_ += std::popcount(bits & ~words_[std::size_t(w)]);
+      words_[std::size_t(w)] |= bits;
+    }
+  }
+
   void clear() {
     if (begin_ < end_) std::fill(words_.begin() + begin_, words_.begin() + end_, 0);
     begin_ = none, end_ = 0, count_ = 0;

@@ -39,7 +39,7 @@ inline double stencil_anisotropy(const Stencil& row) {
 /// The order of relaxation; backward undoes forward step by step, which makes a cycle symmetric.
 enum class Order { forward, backward };
 
-/// Values for a layout. All vectors are rows × lanes (see `LaneVector`), lanes 1 or 4.
+/// Values for a layout. All vectors are rows × lanes (see `LaneVector`), lanes 1, 4 or 8 (`multiply`: 1 or 4).
 class StencilMatrix {
  public:
   /// Texels of hardly any influence at seams may depend on one another but for less than single

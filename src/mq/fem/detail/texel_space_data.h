@@ -109,6 +109,14 @@ struct TexelSpace::Data {
     return {parts.data() + block_offsets[i], std::size_t(block_offsets[i + 1] - block_offsets[i])};
   }
 
+  /// The texels of the grid at the corners of a cell.
+  std::array<int, 4> corners_of(int cell) const {
+    int k = 0;
+    while (k + 1 < grid.texture_count() && grid.first_cell(k + 1) <= cell) ++k;
+    const int local = cell - grid.first_cell(k), width = grid.texture(k).width + 1;
+    return grid.corners(k, local % width - 1, local / width - 1);
+  }
+
   // Set-up, in this order.
   void integrate(const TexelSpaceOptions& options, const Progress& progress);
   TexelCells cells_with_integrals(const Progress& progress) const;

@@ -224,13 +224,13 @@ void PatchSmoother::set_values(const SparseMatrix& A, const StencilLayout& layou
 
 PatchSmoother::Within PatchSmoother::within(const RowSet& rows, const std::vector<int>& positions,
                                             const StencilLayout& layout) const {
-  std::vector<int> found, covered;
+  std::vector<int> found;
+  RowSet covered(layout.listed_count());
   const auto take = [&](int patch) {
     for (int i = starts_[patch]; i < starts_[patch + 1]; ++i)
       if (!rows.has(layout.listed(members_[i]))) return;
     found.push_back(patch);
-    covered.insert(covered.end(), members_.begin() + starts_[patch],
-                   members_.begin() + starts_[patch + 1]);
+    for (int i = starts_[patch]; i < starts_[patch + 1]; ++i) covered.add(members_[i]);
   };
   if (kind_ == Kind::single) {
     // Single rows are in the order of positions but for those of a block, which are mixed.
@@ -246,10 +246,9 @@ PatchSmoother::Within PatchSmoother::within(const RowSet& rows, const std::vecto
       if (patch_of_[p] >= 0) take(patch_of_[p]);
     std::ranges::sort(found);
   }
-  std::ranges::sort(covered);
   Within result{order_.part(found), {}};
   for (const int p : positions)
-    if (p < int(layout.irregular.size()) && !std::ranges::binary_search(covered, p))
+    if (p < int(layout.irregular.size()) && !covered.has(p))
       result.alone.push_back(p);
   return result;
 }

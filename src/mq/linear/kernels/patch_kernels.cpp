@@ -39,15 +39,36 @@ inline void relax_rows_of(const ListedRows& A, const PatchList& patches, const P
 template <int lanes>
 inline void add_inverse_times(const ListedRows& A, const int* members, int n, const float* inverse,
                               const float* r, float* x) {
-  constexpr int rows = register_floats / lanes;
+  constexpr int N = pack_floats<lanes>, rows = pack_rows<lanes>;
   for (int first = 0; first < n; first += rows) {
-    Floats<register_floats> change{};
+    Floats<N> change{};
     for (int j = 0; j < n; ++j)
       change += spread<rows, lanes>(load<rows>(inverse + j * n + first)) * repeat<lanes>(r + j * lanes);
-    float changes[register_floats];
-    store<register_floats>(changes, change);
+    float changes[N];
+    store<N>(changes, change);
     for (int i = 0; i < rows && first + i < n; ++i)
       add<lanes>(A, members[first + i], load<lanes>(changes + i * lanes), x);
+  }
+}
+
+/// The same where a register holds the lanes of one row: of several rows at a time, which do not wait for one another.
+template <>
+inline void add_inverse_times<8>(const ListedRows& A, const int* members, int n, const float* inverse, const float* r,
+                                 float* x) {
+  constexpr int at_once = 4;
+  int first = 0;
+  for (; first + at_once <= n; first += at_once) {
+    Floats<8> changes[at_once] = {};
+    for (int j = 0; j < n; ++j) {
+      const Floats<8> of_row = load<8>(r + j * 8);
+      for (int i = 0; i < at_once; ++i) changes[i] += inverse[j * n + first + i] * of_row;
+    }
+    for (int i = 0; i < at_once; ++i) add<8>(A, members[first + i], changes[i], x);
+  }
+  for (; first < n; ++first) {
+    Floats<8> change{};
+    for (int j = 0; j < n; ++j) change += inverse[j * n + first] * load<8>(r + j * 8);
+    add<8>(A, members[first], change, x);
   }
 }
 
@@ -66,18 +87,12 @@ inline void relax_patches_of(const ListedRows& A, const PatchList& patches, cons
 
 void relax_rows(int lanes, const ListedRows& A, const PatchList& patches, const PatchItems& items,
                 const float* b, float* x) {
-  if (lanes == 1)
-    relax_rows_of<1>(A, patches, items, b, x);
-  else
-    relax_rows_of<4>(A, patches, items, b, x);
+  for_lanes(lanes, [&](auto size) { relax_rows_of<decltype(size)::lanes>(A, patches, items, b, x); });
 }
 
 void relax_patches(int lanes, const ListedRows& A, const PatchList& patches, const PatchItems& items,
                    const float* b, float* x) {
-  if (lanes == 1)
-    relax_patches_of<1>(A, patches, items, b, x);
-  else
-    relax_patches_of<4>(A, patches, items, b, x);
+  for_lanes(lanes, [&](auto size) { relax_patches_of<decltype(size)::lanes>(A, patches, items, b, x); });
 }
 
 /// Gauss and Jordan; pivots of such a matrix need no exchange.

@@ -29,13 +29,4 @@ inline void set_row(Real* v, std::int64_t i, typename RealLanes<Real, lanes>::Ty
   std::memcpy(v + i * lanes, &row, sizeof row);
 }
 
-/// Calls body with the number of lanes, 1 or 4, as a constant of compilation.
-template <class Body>
-void with_constant_lanes(int lanes, const Body& body) {
-  if (lanes == 1)
-    body.template operator()<1>();
-  else
-    body.template operator()<4>();
-}
-
 }  // namespace mq::MARQUETRY_FORM

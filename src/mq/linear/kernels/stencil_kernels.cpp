@@ -81,7 +81,7 @@ inline void relax_singly(const Stencils& A, const StencilRun& run, int begin, in
 template <int lanes>
 inline void relax_registers(const Stencils& A, const StencilRun& run, int end, int first,
                             const float* b, float* x) {
-  constexpr int N = register_floats, wide = N / lanes;
+  constexpr int N = pack_floats<lanes>, wide = pack_rows<lanes>;
   using Pack = Floats<N>;
   using Step = RowStep<lanes, wide>;
   const auto mask = parity_mask<lanes>(first);
@@ -114,7 +114,7 @@ inline void relax_registers(const Stencils& A, const StencilRun& run, int end, i
 /// One sweep over a run: its even and then its odd unknowns, or backward the other way about.
 template <int lanes, Order order>
 inline void relax_run(const Stencils& A, const StencilRun& run, const float* b, float* x) {
-  constexpr int first = order == Order::forward ? 0 : 1, wide = register_floats / lanes;
+  constexpr int first = order == Order::forward ? 0 : 1, wide = pack_rows<lanes>;
   const int end = wide > 1 ? run.count / wide * wide : 0;
   relax_singly<lanes>(A, run, end, first, b, x);
   if constexpr (wide > 1)
@@ -140,7 +140,7 @@ inline void residual_of_texels(const Stencils& A, const float* b, const float* x
 template <int lanes>
 inline void residual_of_run(const Stencils& A, const StencilRun& run, const float* b,
                             const float* x, float* r) {
-  constexpr int wide = register_floats / lanes;
+  constexpr int wide = pack_rows<lanes>;
   int i = 0;
   for (; i + wide <= run.count; i += wide)
     residual_of_texels<lanes, wide>(A, b, x, r, run.first + i, run.up + i, run.down + i);
@@ -249,30 +249,22 @@ inline void residual_of_rows(const ListedRows& A, const Selection& rows, const f
 template <Order order>
 void relax(int lanes, const Stencils& A, const StencilRun* runs, int count, const float* b,
            float* x) {
-  for (int i = 0; i < count; ++i) {
-    const StencilRun& run = runs[order == Order::forward ? i : count - 1 - i];
-    if (lanes == 1)
-      relax_run<1, order>(A, run, b, x);
-    else
-      relax_run<4, order>(A, run, b, x);
-  }
+  for_lanes(lanes, [&](auto size) {
+    for (int i = 0; i < count; ++i)
+      relax_run<decltype(size)::lanes, order>(A, runs[order == Order::forward ? i : count - 1 - i], b, x);
+  });
 }
 
 void residual(int lanes, const Stencils& A, const StencilRun* runs, std::int64_t count,
               const float* b, const float* x, float* r) {
-  for (std::int64_t i = 0; i < count; ++i)
-    if (lanes == 1)
-      residual_of_run<1>(A, runs[i], b, x, r);
-    else
-      residual_of_run<4>(A, runs[i], b, x, r);
+  for_lanes(lanes, [&](auto size) {
+    for (std::int64_t i = 0; i < count; ++i) residual_of_run<decltype(size)::lanes>(A, runs[i], b, x, r);
+  });
 }
 
 void residual_of_listed(int lanes, const ListedRows& A, const Selection& rows, const float* b,
                         const float* x, float* r) {
-  if (lanes == 1)
-    residual_of_rows<1>(A, rows, b, x, r);
-  else
-    residual_of_rows<4>(A, rows, b, x, r);
+  for_lanes(lanes, [&](auto size) { residual_of_rows<decltype(size)::lanes>(A, rows, b, x, r); });
 }
 
 void multiply(int lanes, const Stencils& A, const float* row_sums, const StencilRun* runs,

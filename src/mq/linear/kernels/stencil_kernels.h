@@ -1,6 +1,6 @@
 #pragma once
 /// What is done to every value of a `StencilMatrix`, in the forms of base/kernel_forms.h. Vectors are
-/// rows × lanes (1 or 4), a row's lanes adjacent, with `LaneVector::margin` zeros on both sides.
+/// rows × lanes (1, 4 or 8; 1 or 4 for products), a row's lanes adjacent, with `LaneVector::margin` zeros on both sides.
 
 #include <cstdint>
 

@@ -28,10 +28,7 @@ inline void sums_of(const int* starts, const WeightedIndex* entries, const Trans
 template <Start start, class Real>
 void sums(int lanes, const int* starts, const WeightedIndex* entries, const TransferRows& rows,
           const Real* from, Real* to) {
-  if (lanes == 1)
-    sums_of<1, start>(starts, entries, rows, from, to);
-  else
-    sums_of<4, start>(starts, entries, rows, from, to);
+  for_lanes(lanes, [&](auto size) { sums_of<decltype(size)::lanes, start>(starts, entries, rows, from, to); });
 }
 
 template <int lanes>
@@ -70,18 +67,12 @@ inline void prolongate_rows(const GridParents* parents, const TransferRows& rows
 
 void restrict_grid(int lanes, const GridChildren* children, const TransferRows& rows, const float* r,
                    float* b) {
-  if (lanes == 1)
-    restrict_rows<1>(children, rows, r, b);
-  else
-    restrict_rows<4>(children, rows, r, b);
+  for_lanes(lanes, [&](auto size) { restrict_rows<decltype(size)::lanes>(children, rows, r, b); });
 }
 
 void prolongate_grid(int lanes, const GridParents* parents, const TransferRows& rows, const float* y,
                      float* x) {
-  if (lanes == 1)
-    prolongate_rows<1>(parents, rows, y, x);
-  else
-    prolongate_rows<4>(parents, rows, y, x);
+  for_lanes(lanes, [&](auto size) { prolongate_rows<decltype(size)::lanes>(parents, rows, y, x); });
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// Transfers between levels, in the forms of base/kernel_forms.h. Vectors are rows × lanes (1 or 4).
+/// Transfers between levels, in the forms of base/kernel_forms.h. Vectors are rows × lanes (1, 4 or 8).
 
 #include <cstdint>
 

@@ -47,6 +47,31 @@ inline constexpr int register_floats = 8;
 inline constexpr int register_floats = 4;
 #endif
 
+/// Floats that are computed with at once: a register of them, but a row's lanes where these are eight. Values of a
+/// matrix are then read as one operand each, where to spread two of them takes more than half a register saves.
+template <int lanes>
+inline constexpr int pack_floats = lanes == 8 ? lanes : register_floats;
+
+/// How many rows' lanes these are.
+template <int lanes>
+inline constexpr int pack_rows = pack_floats<lanes> / lanes;
+
+template <int N>
+struct LaneCount {
+  static constexpr int lanes = N;
+};
+
+/// body(LaneCount<lanes>) for the lanes there are: 1, 4 or 8.
+template <class Body>
+inline void for_lanes(int lanes, const Body& body) {
+  if (lanes == 1)
+    body(LaneCount<1>{});
+  else if (lanes == 4)
+    body(LaneCount<4>{});
+  else
+    body(LaneCount<8>{});
+}
+
 /// Sums over a vector have so many partial ones in every form, whatever a register holds, so that
 /// their bits do not depend on it.
 inline constexpr int partial_sums = 16;
@@ -74,10 +99,10 @@ inline Floats<Texels * Lanes> spread(Floats<Texels> v) {
 
 /// `lanes` values repeated to fill a register.
 template <int lanes>
-inline Floats<register_floats> repeat(const float* p) {
+inline Floats<pack_floats<lanes>> repeat(const float* p) {
   if constexpr (lanes == 1) {
     return Floats<register_floats>{} + *p;
-  } else if constexpr (lanes == register_floats) {
+  } else if constexpr (lanes == pack_floats<lanes>) {
     return load<lanes>(p);
   } else {
     static_assert(lanes == 4);
