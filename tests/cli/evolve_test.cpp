@@ -68,7 +68,7 @@ TEST(Evolve, SaysWhatHelpsNoisyCaptures) {
     return result.error;
   };
   const std::vector<std::string> noise{"--off", "0.25", "--holes", "3", "--handles", "2"};
-  const auto advises = HasSubstr("with --look-ahead 0 texture coordinates of these last longer");
+  const auto advises = HasSubstr("with --look-ahead 0 texture coordinates of long ones last longer");
   EXPECT_THAT(evolved("bending", noise, {}), advises);
   EXPECT_THAT(evolved("bending", noise, {"--look-ahead", "0"}), Not(advises));
   EXPECT_THAT(evolved("bending", {}, {}), Not(advises));

@@ -16,12 +16,10 @@ namespace {
 
 constexpr double tracking_share = 0.75;  // of the time
 
-/// Whether half of the frames or more have something that only passes, and they are more than what ends soon anyway.
+/// Whether half of the frames or more have something that only passes.
 bool is_noisy(const Json& frames) {
-  constexpr std::ptrdiff_t few = 30;
-  if (std::ssize(frames) <= few) return false;
   const auto noisy = std::ranges::count_if(frames, [](const Json& frame) { return frame.value("passing", 0) > 0; });
-  return 2 * noisy >= std::ssize(frames);
+  return noisy > 0 && 2 * noisy >= std::ssize(frames);
 }
 
 Exit evolve(Run& run) {
@@ -37,7 +35,7 @@ Exit evolve(Run& run) {
   if (options.has("picture")) paths.emplace_back(options.text("picture"));
   if (!options.has("look-ahead") && is_noisy(measured["frames"]))
     run.terminal().remark("most frames have holes or handles that only pass, as noisy captures do: with --look-ahead 0 "
-                          "texture coordinates of long ones last longer, in fewer charts ('unwrap' makes an atlas anew)");
+                          "texture coordinates of long ones last longer, in fewer charts at a time ('unwrap' makes an atlas anew)");
   run.terminal().safe("");
   say_written(run, paths);
   return Exit::done;
