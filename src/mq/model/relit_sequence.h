@@ -95,6 +95,7 @@ class SequenceRelighter {
   int reach() const;
   std::vector<int> numbers(int first, int end) const;
   TemporalOptions poisson_options(double weight) const;
+  FrameCosts costs(int first, int end) const;
   void require_room(const FirstFrame& first) const;
 
   const EvolvingReader& reader_;
