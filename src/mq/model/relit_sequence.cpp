@@ -74,8 +74,9 @@ class RelitFrames {
                          {}};
     if (drift_ != RelightOptions::Drift::ignore) {
       const auto drift = std::make_shared<FrameDrift>(atlas, atlas->surface(), atlas->atlas(), space);
+      if (last_) frame.onward = {.frame = number(i)};
       if (last_ && stored(i).segment == stored(i - 1).segment)
-        drift->follow(space.gather(last_pixels_), result.psi, drift_flow(), progress.step("follow", 0.95));
+        frame.onward->fit = drift->follow(space.gather(last_pixels_), result.psi, drift_flow(), progress.step("follow", 0.95));
       frame.drift = drift->field();
       if (drift_ == RelightOptions::Drift::follow) result.drift = drift;
       last_pixels_ = std::move(decoded_pixels);
@@ -112,8 +113,11 @@ class RelitFrames {
                                                               : FrameTextures::Values::display,
                    .depth = open.texture.format.depth},
                   files_.video, messages_, progress_);
+    if (open.onward) onward_.push_back(*open.onward);
     open_.erase(i);
   }
+
+  std::vector<FrameOnward> onward() const { return onward_; }
 
   RelightMeasures finish() {
     output_.finish();
@@ -124,6 +128,7 @@ class RelitFrames {
   struct Frame {
     Texture texture;
     std::vector<std::array<double, 2>> drift;  ///< field of `FrameDrift`, empty: nothing was followed
+    std::optional<FrameOnward> onward;         ///< none in the first
     std::weak_ptr<AtlasFrame> atlas;           ///< made again where the filter has let it go: it is large
   };
 
@@ -171,6 +176,7 @@ class RelitFrames {
   std::shared_ptr<AtlasFrame> last_;
   std::vector<Image<float>> last_pixels_;  ///< where drift is followed
   RelightMeter measures_;
+  std::vector<FrameOnward> onward_;
 };
 
 void require_frame_place(const std::string& name, const std::string& pictures) {
@@ -326,6 +332,7 @@ RelitSequence SequenceRelighter::run(const Progress& progress) {
                 [&](int i, const TemporalFrame& frame, const Signal& phi) { store(read_ + i, frame, phi); },
                 poisson, progress);
   found.measures = film.finish();
+  found.onward = film.onward();
   return found;
 }
 
