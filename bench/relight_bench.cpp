@@ -202,7 +202,7 @@ void noise_filtered(benchmark::State& state) {
   for (auto _ : state) {
     Film film(Disturbed::by_noise);
     const TemporalReport report = temporal_poisson(
-        frames, [&](int f) { return film.load(f); },
+        frames, [&](int f, const Progress&) { return film.load(f); },
         [&](int f, const TemporalFrame& frame, const Signal& phi) { film.store(f, frame, phi); },
         {.weight = weight_of(state.range(0)),
          .beta = 0,
@@ -227,7 +227,7 @@ void window_memory(benchmark::State& state) {
     double loaded = 0, all = 0, texels = 0;
     const TemporalReport report = temporal_poisson(
         28,
-        [&](int f) {
+        [&](int f, const Progress&) {
           loaded = std::max(loaded, allocated() - before);
           TemporalFrame frame = film.load(f);
           texels += frame.psi.rows();
@@ -251,7 +251,7 @@ void light_removed(benchmark::State& state) {
   for (auto _ : state) {
     Film film(Disturbed::by_light);
     const TemporalReport report = remove_lighting(
-        frames, [&](int f) { return film.load(f); },
+        frames, [&](int f, const Progress&) { return film.load(f); },
         [&](int f, const TemporalFrame& frame, const Signal& phi) { film.store(f, frame, phi); },
         {.weight = weight_of(state.range(1)),
          .radius = int(state.range(0)),

@@ -153,6 +153,52 @@ TEST(Relight, FollowsNothingWhereNothingSlides) {
   }
 }
 
+/// Of frames that stay where they are, and of ones that slide by a texel.
+TEST(Relight, SaysWhichFramesDriftIsFollowedTo) {
+  const Folder folder;
+  make_film(folder, [](int, int, int, int) { return 0.0; });
+  const Image<float> still = busy_picture(64, 64);
+  for (int f = 6; f < 12; ++f) {
+    Image<float> slid = still;
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x)
+        for (int c = 0; c < slid.channels(); ++c)
+          slid(x, y, c) = 0.2F + 0.6F * still((x + f) % 64, y, c);
+    write_image(folder / ("film_" + std::to_string(f) + ".png"), slid);
+  }
+  const auto drift_of = [&](const std::string& part) {
+    std::vector<std::string> words = {"--drift", "follow", "--radius", "2", "--json"};
+    if (!part.empty()) words.insert(words.end(), {"--shard", part});
+    const Result result = marquetry(folder, relight(words));
+    EXPECT_EQ(result.status, 0) << result.error;
+    if (part.empty()) EXPECT_THAT(result.error, HasSubstr("they are joined as if nothing slid"));
+    return result.json()["result"]["drift"];
+  };
+  const auto whole = drift_of("");
+  const EvolvingReader reader(folder / "sheet.evolving");
+  ASSERT_EQ(whole.size(), 11U);
+  int changes = 0, followed = 0;
+  for (int f = 1; f < 12; ++f) {
+    const auto row = whole[std::size_t(f - 1)];
+    EXPECT_EQ(row["frame"], f);
+    const bool change = reader.frames()[std::size_t(f)].segment != reader.frames()[std::size_t(f - 1)].segment;
+    EXPECT_EQ(row.contains("explained"), !change) << f;
+    changes += change ? 1 : 0;
+    if (change || f < 6) EXPECT_FALSE(row["followed"].get<bool>()) << f;
+    if (change || f < 7) continue;
+    ++followed;
+    EXPECT_TRUE(row["followed"].get<bool>()) << f;
+    EXPECT_GT(row["explained"].get<double>(), 0.2) << f;
+    EXPECT_NEAR(row["texels"].get<double>(), 1, 0.3) << f;
+  }
+  EXPECT_GT(changes, 0);
+  EXPECT_GT(followed, 0);
+  auto parts = drift_of("1/3");
+  for (const char* part : {"2/3", "3/3"})
+    for (const auto& row : drift_of(part)) parts.push_back(row);
+  EXPECT_EQ(parts, whole);
+}
+
 TEST(Relight, WritesModelsAndVideosToo) {
   const Folder folder;
   make_film(folder, noise);

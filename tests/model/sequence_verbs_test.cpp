@@ -280,6 +280,31 @@ TEST(VerbRelight, FiltersFromFilesToFiles) {
   sheet.expect_same("ours_all.mp4", "all.mp4");
 }
 
+/// Flows are most of the work, and as much of its progress.
+TEST(SequenceRelighter, SaysHowFarItIsWhileDriftIsFollowed) {
+  Sheet sheet;
+  const EvolvingReader reader = sheet.reader();
+  for (const RelightOptions::Method method : {RelightOptions::Method::mean, RelightOptions::Method::poisson})
+    for (const RelightOptions::Drift drift : {RelightOptions::Drift::follow, RelightOptions::Drift::measure}) {
+      SequenceRelighter relighter(reader, sheet.frames,
+                                  {.textures = sheet.path("texture_%d.png"), .output = sheet.path("out_%d.png")},
+                                  {.method = method, .radius = 2, .drift = drift}, sheet.messages);
+      double fraction = 0, in_flows = 0, first = 1, last = 0;
+      relighter.run(Progress([&](const ProgressEvent& event) {
+        EXPECT_GE(event.fraction, fraction) << event.step;
+        if (event.step.find("follow") != std::string::npos) {
+          in_flows += event.fraction - fraction;
+          first = std::min(first, event.fraction), last = std::max(last, event.fraction);
+        }
+        fraction = event.fraction;
+      }));
+      EXPECT_LT(first, 0.35);
+      EXPECT_LT(last, 0.98);
+      EXPECT_GT(in_flows, 0.3);
+      EXPECT_GT(fraction, 0.9);
+    }
+}
+
 TEST(SequenceRelighter, RefusesBeforeAnyWork) {
   Sheet sheet;
   const EvolvingReader reader = sheet.reader(), bare = sheet.reader("bare.evolving");

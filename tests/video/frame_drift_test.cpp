@@ -42,7 +42,7 @@ class SlidingFilm {
   std::vector<Signal> means(int radius, Drift how) const {
     std::vector<Signal> result;
     remove_lighting(
-        int(film_.size()), [&](int f) { return frame(f, how); },
+        int(film_.size()), [&](int f, const Progress&) { return frame(f, how); },
         [&](int, const TemporalFrame&, Signal phi) { result.push_back(std::move(phi)); },
         {.weight = 0, .radius = radius});
     return result;
@@ -53,7 +53,7 @@ class SlidingFilm {
     std::vector<Signal> result;
     temporal_poisson(
         int(film_.size()),
-        [&](int f) {
+        [&](int f, const Progress&) {
           TemporalFrame lit = frame(f, how);
           if (f % 2 == 1) lit.psi.array() += light;
           return lit;

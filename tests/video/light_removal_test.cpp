@@ -27,7 +27,7 @@ std::vector<Signal> without_lighting(const std::vector<Signal>& film, const Sign
   const std::shared_ptr<const SignalSpace> shared(&space, [](const SignalSpace*) {});
   const TemporalReport report = remove_lighting(
       int(film.size()),
-      [&](int f) {
+      [&](int f, const Progress&) {
         TimeLinks links = identical_links(space.size());
         if (f == 0) links = {};
         if (f == added_at) {

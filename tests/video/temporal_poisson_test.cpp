@@ -30,7 +30,7 @@ struct Film {
                                TemporalReport* report = nullptr) const {
     std::vector<Signal> result;
     const TemporalReport found = temporal_poisson(
-        int(psi.size()), [&](int f) { return frame(f); },
+        int(psi.size()), [&](int f, const Progress&) { return frame(f); },
         [&](int f, const TemporalFrame&, Signal phi) {
           EXPECT_EQ(f, int(result.size()));
           result.push_back(std::move(phi));

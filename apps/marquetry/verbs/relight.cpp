@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/model/relit_sequence.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
@@ -48,6 +49,28 @@ Json measures_json(const RelightMeasures& found) {
   return result;
 }
 
+/// How frames go on from those before them.
+Json onward_json(const std::vector<FrameOnward>& frames) {
+  Json rows = Json::array();
+  for (const FrameOnward& frame : frames) {
+    Json row = {{"frame", frame.frame}, {"followed", frame.is_followed()}};
+    if (frame.fit) row.update({{"texels", frame.fit->texels}, {"explained", frame.fit->explained}});
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// Where drift was to be followed, and was not from many a frame to the next.
+void remark_on_drift(Terminal& terminal, const std::vector<FrameOnward>& frames) {
+  const std::int64_t rests = std::ranges::count_if(frames, [](const FrameOnward& f) { return !f.is_followed(); }),
+                     charts = std::ranges::count_if(frames, [](const FrameOnward& f) { return !f.fit; });
+  if (rests == 0 || 3 * rests < std::ssize(frames)) return;
+  terminal.remark(
+      fmt::format("drift is not followed to {} of {} from the one before ({} where charts change, {} where no flow brings "
+                  "both nearer to each other): they are joined as if nothing slid (result.drift of the report)",
+                  rests, counted(std::ssize(frames), "frame"), charts, rests - charts));
+}
+
 RelightOptions relight_options(const OptionValues& options) {
   return {.method = options.text("method") == "mean" ? RelightOptions::Method::mean
                                                      : RelightOptions::Method::poisson,
@@ -81,14 +104,21 @@ void refuse_of_other_method(const OptionValues& options) {
     require(mean || !asks_for(options, name), fmt::format("--{}: only --method mean has it", name));
 }
 
-std::string in_words(const Json& result, const TemporalReport& report) {
+/// By what it is filtered.
+std::string in_words(const OptionValues& options) {
+  if (options.text("method") == "poisson") return fmt::format("poisson, gamma {:g}", options.number("gamma"));
+  return fmt::format("means over {} to either side", counted(options.integer("radius"), "frame"));
+}
+
+std::string in_words(const Json& result, const TemporalReport& report, const std::string& method) {
   const Json& flicker = result["flicker"];
   std::string text = fmt::format(
       "flicker {:.5f} before, {:.5f} after (from frame to frame {:.5f} and {:.5f}); gradients "
-      "times {:.3f}\n{} at most held at once; {:.2g} times the residual per cycle, {} at most\n",
+      "times {:.3f}\nby {}; {} at most held at once; {:.2g} times the residual per cycle, {} at most\n",
       flicker["before"]["deviation"].get<double>(), flicker["after"]["deviation"].get<double>(),
       flicker["before"]["step"].get<double>(), flicker["after"]["step"].get<double>(),
-      result["gradients"].get<double>(), report.held, report.factor, report.solve.cycles);
+      result["gradients"].get<double>(), method,
+      counted(report.held, "frame"), report.factor, report.solve.cycles);
   if (result.contains("truth"))
     text += fmt::format("error against the truth {:.5f} before, {:.5f} after\n",
                         result["truth"]["before"]["error"].get<double>(),
@@ -107,7 +137,9 @@ void report(Run& run, const RelitSequence& found) {
   run.solve = solve_json(filter.solve);
   run.add_seconds("solver set-up", filter.solve.setup_seconds);
   run.add_seconds("solver", filter.solve.solve_seconds);
-  run.print(in_words(run.result, filter));
+  if (run.options().text("drift") != "ignore") run.result["drift"] = onward_json(found.onward);
+  run.print(in_words(run.result, filter, in_words(run.options())));
+  if (drift(run.options()) == RelightOptions::Drift::follow) remark_on_drift(run.terminal(), found.onward);
   if (!filter.solve.converged)
     run.terminal().warning(
         "a solve did not reach --tolerance: the result is less accurate than "

@@ -57,10 +57,19 @@ struct RelightFiles {
   VideoOptions video = {};
 };
 
+/// How a frame that is written goes on from the one before, where drift is followed or measured.
+struct FrameOnward {
+  int frame = 0;                           ///< its number
+  std::optional<FrameDrift::Fit> fit = {};  ///< none: charts changed, over which nothing is followed
+
+  bool is_followed() const { return fit && fit->explained > 0; }
+};
+
 struct RelitSequence {
   double weight = 0;      ///< w, model units squared
   TemporalReport filter;  ///< how the frames were filtered
   RelightMeasures measures;
+  std::vector<FrameOnward> onward = {};  ///< frames that have one before them; none without drift
 };
 
 class SequenceRelighter {
@@ -95,6 +104,7 @@ class SequenceRelighter {
   int reach() const;
   std::vector<int> numbers(int first, int end) const;
   TemporalOptions poisson_options(double weight) const;
+  FrameCosts costs(int first, int end) const;
   void require_room(const FirstFrame& first) const;
 
   const EvolvingReader& reader_;

@@ -23,9 +23,15 @@ FrameDrift::FrameDrift(std::shared_ptr<const void> frame, const Surface& surface
       domain_(surface, atlas, space),
       starts_(domain_.starts().places) {}
 
-void FrameDrift::follow(const Signal& before, const Signal& now, const MeshFlowOptions& options,
-                        const Progress& progress) {
-  field_ = TextureFlow(*surface_, *atlas_, *space_, before, now, options, progress).velocities();
+FrameDrift::Fit FrameDrift::follow(const Signal& before, const Signal& now, const MeshFlowOptions& options,
+                                   const Progress& progress) {
+  const TextureFlow found(*surface_, *atlas_, *space_, before, now, options, progress);
+  field_ = found.velocities();
+  const MeshFlow& flow = found.flow();
+  const Eigen::Map<const Eigen::Matrix2Xd> vectors(flow.field.data(), 2, flow.field.size() / 2);
+  const double blend = flow.blend_error, error = flow.errors().back();
+  return {.texels = vectors.colwise().norm().mean() / space_->scale().texel_spacing,
+          .explained = blend > 0 ? 1 - error / blend : 0};
 }
 
 std::vector<ChartPlace> FrameDrift::followed(const std::vector<ChartPlace>& places, double time) const {

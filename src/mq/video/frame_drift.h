@@ -21,10 +21,16 @@ class FrameDrift {
   /// `frame` owns the others, and stays as long as this does.
   FrameDrift(std::shared_ptr<const void> frame, const Surface& surface, const Atlas& atlas, const TexelSpace& space);
 
+  /// How far unknowns slid on average, in texels, and what share of the squared difference of both frames (that of
+  /// `MeshFlow`) is gone along it: 0 and nothing slides where no field brings them nearer to each other.
+  struct Fit {
+    double texels = 0, explained = 0;
+  };
+
   /// Finds the field X along which both meet, each half-way, by optical flow in the texture (`TextureFlow`): signals of
   /// the unknowns of this frame's space. Throws what that throws.
-  void follow(const Signal& before, const Signal& now, const MeshFlowOptions& options = drift_flow(),
-              const Progress& progress = {});
+  Fit follow(const Signal& before, const Signal& now, const MeshFlowOptions& options = drift_flow(),
+             const Progress& progress = {});
 
   /// The same with a field that `follow` has found, per cell of the grid.
   void follow(std::vector<std::array<double, 2>> field) { field_ = std::move(field); }

@@ -129,7 +129,7 @@ double window_weight(int k, int radius) {
   return x < 1 ? 2.0 / 3 - x * x * (1 - x / 2) : (2 - x) * (2 - x) * (2 - x) / 6;
 }
 
-TemporalReport remove_lighting(int frames, const std::function<TemporalFrame(int)>& load,
+TemporalReport remove_lighting(int frames, const FrameSource& load,
                                const std::function<void(int, const TemporalFrame&, Signal)>& store,
                                const LightRemovalOptions& options, const Progress& progress) {
   check(options);
@@ -138,11 +138,16 @@ TemporalReport remove_lighting(int frames, const std::function<TemporalFrame(int
   Window window;
   const int first = std::max(0, options.first), end = std::min(frames, options.end);
   int loaded = std::max(0, first - options.radius), centre = first - loaded;
+  const bool steep = options.crossover == LightRemovalOptions::Crossover::steep;
+  const auto window_end = [&](int f) { return int(std::min<std::int64_t>(frames, std::int64_t(f) + options.radius + 1)); };
+  const double all_work = options.costs.loading(loaded, window_end(end - 1)) + (end - first) * (1 + options.costs.store);
   for (int f = first; f < end; ++f) {
-    const Progress part = progress.step(fmt::format("frame {}", f), 1.0 / (end - first));
-    for (; loaded < std::min(frames, f + options.radius + 1); ++loaded) {
-      part.check();
-      window.add(load(loaded));
+    const double to_read = options.costs.loading(loaded, window_end(f)), work = to_read + 1 + options.costs.store;
+    const Progress part = progress.step(fmt::format("frame {}", f), work / all_work);
+    const Progress reading = part.step("read", to_read / work);
+    for (; loaded < window_end(f); ++loaded) {
+      const double share = to_read > 0 ? options.costs.loading(loaded, loaded + 1) / to_read : 0;
+      window.add(load(loaded, reading.step("read", share)));
     }
     report.held = std::max(report.held, window.size());
     const TemporalFrame& frame = window[centre];
@@ -153,12 +158,12 @@ TemporalReport remove_lighting(int frames, const std::function<TemporalFrame(int
         *frame.space, options.weight, std::vector<double>(frame.psi.rows(), 1.0),
         frame.texels ? multigrid_solver(*frame.texels, {.tolerance = options.tolerance})
                      : direct_solver(),
-        part.step("prepare", 0.6));
+        part.step("prepare", 0.6 / work));
     Filtered filtered = equation.solve_towards(mean, frame.space->stiffness_times(frame.psi),
-                                               part.step("solve", 0.2));
-    if (options.crossover == LightRemovalOptions::Crossover::steep)
-      steepen(equation, frame.psi, filtered, part.step("solve", 0.2));
+                                               part.step("solve", (steep ? 0.2 : 0.4) / work));
+    if (steep) steepen(equation, frame.psi, filtered, part.step("solve", 0.2 / work));
     report.add(filtered.report);
+    part.step("store", options.costs.store / work).at(0);
     store(f, frame, std::move(filtered.signal));
     if (centre < options.radius)
       ++centre;

@@ -22,6 +22,7 @@ struct LightRemovalOptions {
   } crossover = Crossover::gentle;
   /// Frames that are given back; those around them are asked for as far as means reach.
   int first = 0, end = std::numeric_limits<int>::max();
+  FrameCosts costs = {};
 };
 
 /// The weight of a frame k frames away, of a window of this radius: cubic B-spline, support up to
@@ -51,7 +52,7 @@ double window_weight(int k, int radius);
 /// is what the whole gives, bit for bit, without `drift` and with it. The report's
 /// `solve` is that of the frame that took most cycles. Throws as `temporal_poisson` and
 /// `ScreenedPoisson`.
-TemporalReport remove_lighting(int frames, const std::function<TemporalFrame(int)>& load,
+TemporalReport remove_lighting(int frames, const FrameSource& load,
                                const std::function<void(int, const TemporalFrame&, Signal)>& store,
                                const LightRemovalOptions& options = {},
                                const Progress& progress = {});

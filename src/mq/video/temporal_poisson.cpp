@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -104,16 +105,15 @@ Signal slid_change(const TemporalFrame& was, const TemporalFrame& is) {
 
 class Stream {
  public:
-  Stream(int frames, const std::function<TemporalFrame(int)>& load, const TemporalOptions& options)
-      : frames_(frames), load_(load), options_(options) {}
+  Stream(const FrameSource& load, const TemporalOptions& options) : load_(load), options_(options) {}
 
   /// Holds frames up to, not including, this one.
   void hold(int end, const Progress& progress) {
-    const int missing = end - loaded_, first = loaded_;
+    const double work = options_.costs.loading(loaded_, end);
     for (; loaded_ < end; ++loaded_) {
-      progress.at(double(loaded_ - first) / missing);
+      const double share = work > 0 ? options_.costs.loading(loaded_, loaded_ + 1) / work : 0;
       Held& held = held_.emplace_back();
-      held.frame = load_(loaded_);
+      held.frame = load_(loaded_, progress.step("read", share));
       const TemporalFrame& frame = held.frame;
       check_frame(frame, loaded_, int(mass_before_.size()));
       held.mass = positive_mass(*frame.space);
@@ -256,8 +256,7 @@ class Stream {
     add_differences(ends, before.mass, options_.gamma, before.K);
   }
 
-  int frames_;
-  const std::function<TemporalFrame(int)>& load_;
+  const FrameSource& load_;
   const TemporalOptions& options_;
   int loaded_ = 0;
   std::deque<Held> held_;
@@ -282,12 +281,54 @@ int window_for(const TemporalOptions& options) {
   return options.window > 0 ? options.window : 2 * look_ahead(options) + 8;
 }
 
+/// Frames that are solved for together, and as far as which they are kept.
+struct Span {
+  int begin = 0, kept = 0, end = 0;
+
+  int solved() const { return end - begin; }
+};
+
+std::vector<Span> spans_of(int frames, int window, int look_ahead) {
+  std::vector<Span> spans;
+  for (int begin = 0; begin < frames; begin = spans.back().kept) {
+    const int end = std::min(frames, begin + window);
+    spans.push_back({begin, end == frames ? frames : end - look_ahead, end});
+  }
+  return spans;
+}
+
+/// What parts of the work take, by the time of filtering a frame.
+struct Work {
+  double read = 0, solve = 0, store = 0;
+
+  double all() const { return read + solve + store; }
+};
+
+Work work_of(const Span& span, int loaded, const FrameCosts& costs) {
+  return {.read = costs.loading(loaded, span.end),
+          .solve = double(span.solved()),
+          .store = (span.kept - span.begin) * costs.store};
+}
+
+double work_of(const std::vector<Span>& spans, const FrameCosts& costs) {
+  double work = 0;
+  int loaded = 0;
+  for (const Span& span : spans) work += work_of(span, std::exchange(loaded, span.end), costs).all();
+  return work;
+}
+
 double factor_of(const SolveReport& report) {
   if (report.cycles == 0 || report.residuals.empty()) return 0;
   return std::pow(report.residuals.back(), 1.0 / report.cycles);
 }
 
 }  // namespace
+
+double FrameCosts::loading(int first, int end) const {
+  double sum = load * std::max(0, end - first);
+  for (int f = first; f < std::min(end, int(more.size())); ++f) sum += more[std::size_t(f)];
+  return sum;
+}
 
 void TemporalReport::add(const SolveReport& window) {
   const double setup_before = solve.setup_seconds, solve_before = solve.solve_seconds;
@@ -315,7 +356,7 @@ int frames_held(int frames, const TemporalOptions& options) {
   return std::min(frames, window_for(options));
 }
 
-TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(int)>& load,
+TemporalReport temporal_poisson(int frames, const FrameSource& load,
                                 const std::function<void(int, const TemporalFrame&, Signal)>& store,
                                 const TemporalOptions& options, const Progress& progress) {
   check(options);
@@ -327,33 +368,37 @@ TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(in
               "{}: found {}, and a gamma of {} looks {} ahead: wanted more than that, or 0, "
               "which holds as many as it takes",
               option_name("window"), window, options.gamma, counted(report.look_ahead, "frame")));
-  Stream stream(frames, load, options);
-  for (int begin = 0; begin < frames;) {
-    const int end = std::min(frames, begin + window);
-    const int keep = end == frames ? frames - begin : end - begin - report.look_ahead;
-    const Progress part = progress.step(fmt::format("frames {} to {}", begin, begin + keep - 1),
-                                        double(keep) / frames);
-    stream.hold(end, part.step("read", 0.3));
+  Stream stream(load, options);
+  const std::vector<Span> spans = spans_of(frames, window, report.look_ahead);
+  const double all_work = work_of(spans, options.costs);
+  int loaded = 0;
+  for (const Span& span : spans) {
+    const int keep = span.kept - span.begin;
+    const Work work = work_of(span, std::exchange(loaded, span.end), options.costs);
+    const Progress part = progress.step(fmt::format("frames {} to {}", span.begin, span.kept - 1), work.all() / all_work);
+    stream.hold(span.end, part.step("read", work.read / work.all()));
     report.held = std::max(report.held, stream.held());
     const bool texels = bool(stream.frame(0).texels);
     const TimeMultigrid system(
         stream.planes(keep),
         texels ? texel_planes([&](int f) -> const Texels& { return *stream.frame(f).texels; })
                : factored_planes(),
-        options.solver, part.step("prepare", 0.2));
+        options.solver, part.step("prepare", 0.3 * work.solve / work.all()));
     const Signal b = stream.right_hand_side(system);
     Signal delta = Signal::Zero(b.rows(), b.cols());
     SolveReport solved = nothing_to_solve();
-    if (!b.isZero(0)) solved = system.solve(b, delta, part.step("solve", 0.5));
+    const Progress solving = part.step("solve", 0.7 * work.solve / work.all());
+    if (!b.isZero(0)) solved = system.solve(b, delta, solving);
     report.add(solved);
+    const Progress storing = part.step("store", work.store / work.all());
     Signal last;
     for (int f = 0; f < keep; ++f) {
+      storing.at(double(f) / keep);
       const TemporalFrame& frame = stream.whole_frame(f);
       last = stream.led(f, delta.middleRows(system.offset(f), frame.psi.rows()));
-      store(begin + f, frame, frame.psi + last);
+      store(span.begin + f, frame, frame.psi + last);
     }
     stream.release(keep, last);
-    begin += keep;
   }
   return report;
 }

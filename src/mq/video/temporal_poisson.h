@@ -14,6 +14,16 @@
 
 namespace mq {
 
+/// How long other work on a frame takes, by the time of filtering it: for progress alone.
+struct FrameCosts {
+  double load = 0.4;
+  double store = 0.1;
+  std::vector<double> more = {};  ///< of loading single frames, beside `load`; empty: none
+
+  /// Of loading frames from the first to the end.
+  double loading(int first, int end) const;
+};
+
 struct TemporalOptions {
   double weight = 0;  ///< w of gradients in space, model units squared: alpha · area
   double beta = 1;    ///< what gradients in space are multiplied by
@@ -22,6 +32,7 @@ struct TemporalOptions {
   int window = 0;     ///< frames held at once; 0: twice the look-ahead and 8
   double accuracy = 0.01;  ///< what may be lost of a value beyond the look-ahead
   TimeMultigridOptions solver = {};
+  FrameCosts costs = {};
 };
 
 /// A frame's signal: ψ, size() × channels.
@@ -33,6 +44,9 @@ struct TemporalFrame {
   /// Where points slid to over the texels, of every frame or of none.
   std::shared_ptr<const FrameDrift> drift = {};
 };
+
+/// Gives a frame, and says how far it has come with it.
+using FrameSource = std::function<TemporalFrame(int, const Progress&)>;
 
 struct TemporalReport {
   SolveReport solve;   ///< of the window that took most cycles; seconds are those of all
@@ -94,7 +108,7 @@ int frames_held(int frames, const TemporalOptions& options);
 ///
 /// Throws `InvalidInput` for weights that are negative or not finite, for a window that is no
 /// longer than the look-ahead, and where links or signals do not fit their spaces.
-TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(int)>& load,
+TemporalReport temporal_poisson(int frames, const FrameSource& load,
                                 const std::function<void(int, const TemporalFrame&, Signal)>& store,
                                 const TemporalOptions& options = {}, const Progress& progress = {});
 
