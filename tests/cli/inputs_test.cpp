@@ -70,7 +70,7 @@ TEST(Inputs, AreFoundUnderNamesInOtherCapitals) {
 TEST(Report, IsRefusedBeforeAnyWorkWhereItCannotBeWritten) {
   const Folder folder;
   write_strip(folder);
-  for (const std::string report : {"nowhere/r.json", "."}) {
+  for (const std::string report : {"no/where/r.json", "."}) {
     const Result result = marquetry(
         folder, {"filter", "strip.obj", "--beta", "2", "-o", "out.png", "--report", report});
     EXPECT_EQ(result.status, 2);

@@ -59,7 +59,7 @@ std::vector<std::filesystem::path> made_on_demand(const std::filesystem::path& f
   std::error_code failure;
   for (fs::path part = name; !part.empty() && !fs::exists(part, failure); part = part.parent_path())
     missing.insert(missing.begin(), part);
-  if (missing.size() > 1 && !unfinished().on_demand.contains(name)) return {};
+  if (missing.empty() || (missing.size() > 1 && !unfinished().on_demand.contains(name))) return {};
   fs::create_directories(name, failure);
   if (failure)
     throw IoError(
