@@ -137,9 +137,10 @@ void report(Run& run, const RelitSequence& found) {
   run.solve = solve_json(filter.solve);
   run.add_seconds("solver set-up", filter.solve.setup_seconds);
   run.add_seconds("solver", filter.solve.solve_seconds);
-  if (run.options().text("drift") != "ignore") run.result["drift"] = onward_json(found.onward);
+  const RelightOptions::Drift how = drift(run.options());
+  if (how != RelightOptions::Drift::ignore) run.result["drift"] = onward_json(found.onward);
   run.print(in_words(run.result, filter, in_words(run.options())));
-  if (drift(run.options()) == RelightOptions::Drift::follow) remark_on_drift(run.terminal(), found.onward);
+  if (how == RelightOptions::Drift::follow) remark_on_drift(run.terminal(), found.onward);
   if (!filter.solve.converged)
     run.terminal().warning(
         "a solve did not reach --tolerance: the result is less accurate than "
