@@ -127,24 +127,44 @@ TEST(StencilSystem, IsSolvedAsItsMatrixIs) {
                InvalidInput);
 }
 
-TEST(TexelSpace, LetsGoOfItsIntegralsAndHasThemAgain) {
+TEST(TexelSpace, LetsGoOfItsIntegralsAndPositionsAndHasThemAgain) {
   const auto model = charts();
   const TexelSpace space(model->surface, model->atlas);
   const Signal psi = random_values(space.size(), 3);
   const Signal product = space.stiffness_times(psi);
   const SparseMatrix A = space.regularised_system(1, 1e-3);
+  const std::vector<Vector3> positions = space.positions();
+  const std::vector<int> charts_of_texels = space.texels().chart, boundary = space.boundary();
   const std::int64_t before = space.bytes();
+  const auto expect_as_before = [&] {
+    EXPECT_EQ(space.bytes(), before);
+    EXPECT_EQ(space.stiffness_times(psi), product);
+    const SparseMatrix again = space.regularised_system(1, 1e-3);
+    ASSERT_EQ(again.nonZeros(), A.nonZeros());
+    EXPECT_TRUE(std::equal(A.valuePtr(), A.valuePtr() + A.nonZeros(), again.valuePtr()));
+    EXPECT_EQ(space.positions(), positions);
+    EXPECT_EQ(space.texels().chart, charts_of_texels);
+    EXPECT_EQ(space.boundary(), boundary);
+  };
   space.let_go_of_integrals();
-  EXPECT_LT(double(space.bytes()), 0.7 * double(before));
+  EXPECT_LT(double(space.bytes()), 0.4 * double(before));
+  EXPECT_EQ(space.positions(), positions);
   EXPECT_THROW((void)space.stiffness_times(psi), InvalidInput);
   EXPECT_THROW((void)space.system(1, 0), InvalidInput);
   EXPECT_THROW((void)space.stencil_system(1, 0), InvalidInput);
   EXPECT_THROW((void)space.lumped_mass(), InvalidInput);
+  EXPECT_THROW((void)space.element_count(), InvalidInput);
+  EXPECT_THROW((void)space.boundary(), InvalidInput);
+  EXPECT_THROW((void)space.largest_shown(psi.col(0)), InvalidInput);
   space.integrate_again();
-  EXPECT_EQ(space.bytes(), before);
-  EXPECT_EQ(space.stiffness_times(psi), product);
-  const SparseMatrix again = space.regularised_system(1, 1e-3);
-  EXPECT_TRUE(std::equal(A.valuePtr(), A.valuePtr() + A.nonZeros(), again.valuePtr()));
+  expect_as_before();
+
+  space.let_go_of_positions();
+  EXPECT_LT(double(space.bytes()), 0.25 * double(before));
+  EXPECT_THROW((void)space.positions(), InvalidInput);
+  EXPECT_EQ(space.size(), psi.rows());
+  space.integrate_again();
+  expect_as_before();
 }
 
 }  // namespace

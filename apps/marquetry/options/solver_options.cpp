@@ -8,7 +8,10 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/baseline/reference_solver.h"
+#include "mq/base/release.h"
+#include "mq/linear/signal_values.h"
 #include "mq/model/kept_work.h"
+#include "mq/model/packed_pictures.h"
 
 namespace mq::app {
 void add_solver_options(OptionTable& table, const std::string& tolerance) {
@@ -110,27 +113,72 @@ SolveReport solve_as_asked(Run& run, const ModelSignal& signal, const TimedAttem
   return solve_by_choice(run, signal, attempt);
 }
 
+namespace {
+
+/// The equation of an attempt, kept from before or made.
+KeptWork::Equation prepared(Run& run, const ModelSignal& signal, const SignalSpace& space, double weight,
+                            const SolverFactory& factory, bool first, double share) {
+  const Step step(run, "prepare", share);
+  if (run.kept && first) return run.kept->equation(space, weight, solver_choice(run.options(), signal), factory, step);
+  return {std::make_shared<const ScreenedPoisson>(space, weight, factory, step)};
+}
+
+/// The same solvers; a space lets go of its integrals between the assembly of the matrix and the rest of the work.
+SolverFactory letting_go(const TexelSpace& space, const SolverFactory& factory) {
+  if (!factory.takes_stencils()) return factory;
+  return {SolverFactory::OfMatrix(factory), [&space, factory](StencilSystem&& A, const Progress& progress) {
+            space.let_go_of_integrals();
+            try {
+              return factory(std::move(A), progress);
+            } catch (const NotPositiveDefinite&) {
+              space.integrate_again();
+              throw;
+            }
+          }};
+}
+
+}  // namespace
+
 Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& space, double weight,
                        const PoissonSolve& solve) {
   Solution solution;
   KeptWork::Equation equation;
   int attempts = 0;
   solve_by_choice(run, signal, [&](const SolverFactory& factory, const SolvingShares& shares) {
-    {
-      const Step step(run, "prepare", shares.prepare);
-      const bool first = attempts++ == 0;
-      if (!first && signal.texel_space()) signal.texel_space()->integrate_again();
-      equation = run.kept && first
-                     ? run.kept->equation(space, weight, solver_choice(run.options(), signal), factory, step)
-                     : KeptWork::Equation{std::make_shared<const ScreenedPoisson>(space, weight, factory, step)};
-    }
+    if (signal.texel_space()) signal.texel_space()->integrate_again();
+    equation = prepared(run, signal, space, weight, factory, attempts++ == 0, shares.prepare);
     const Step step(run, "solve", shares.solve);
     if (solution.before.size() == 0) solution.before = signal.values();
     solution.filtered = solve(*equation.of, solution.before, step);
-    if (solution.before.size() == 0) solution.before = signal.values();
     return solution.filtered.report;
   });
   if (run.kept) run.kept_equation = equation.kept;
+  return solution;
+}
+
+Solution solve_gradient_change(Run& run, Model& model, const ModelSignal& signal, double weight,
+                               std::span<const double> beta) {
+  const TexelSpace* const lean = run.kept ? nullptr : signal.texel_space();
+  Solution solution;
+  int attempts = 0;
+  solve_by_choice(run, signal, [&](const SolverFactory& factory, const SolvingShares& shares) {
+    release(solution.before);
+    if (lean) lean->integrate_again();
+    Signal change = gradient_change(signal.space(), signal.values(), beta);
+    {
+      const PackedPictures packed(model);
+      const KeptWork::Equation equation =
+          prepared(run, signal, signal.space(), weight, lean ? letting_go(*lean, factory) : factory, attempts++ == 0,
+                   shares.prepare);
+      run.kept_equation = equation.kept;
+      if (lean) lean->let_go_of_positions();
+      const Step step(run, "solve", shares.solve);
+      solution.filtered = equation.of->correction(std::move(change), step);
+    }
+    solution.before = signal.values();
+    add(solution.before, solution.filtered.signal);
+    return solution.filtered.report;
+  });
   return solution;
 }
 

@@ -41,14 +41,19 @@ struct Solution {
   Filtered filtered;
 };
 
-/// What to solve for once the solver stands: `equation.solve(...)` or `solve_towards(...)`. It may let go of `before`.
-using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, Signal& before,
+/// What to solve for once the solver stands: `equation.solve(...)` or `solve_towards(...)`.
+using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, const Signal& before,
                                             const Progress& progress)>;
 
 /// `solve_as_asked` of a screened Poisson equation on a space with the signal's unknowns, its own or one in which
 /// distances are others. The signal is taken once the solver stands, whose making needs most memory.
 Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& space, double weight,
                        const PoissonSolve& solve);
+
+/// `equation.solve(before, beta)` on the signal's own space, in as little memory as it can be had, unless a later run is to have
+/// the space: what the solver is not made of is let go of before it is made, the model's pictures are packed meanwhile.
+Solution solve_gradient_change(Run& run, Model& model, const ModelSignal& signal, double weight,
+                               std::span<const double> beta);
 
 /// What `smooth_at_seams`, which chooses its own solver, did, in `run.solve`; warns where it fell short.
 void report_solve_at_seams(Run& run, const SolveReport& report);

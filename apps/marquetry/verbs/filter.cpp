@@ -128,27 +128,18 @@ std::optional<HaloLimit> halo_limit(const Run& run, const TexturedModel& scene, 
   return HaloLimit(target.space(), filtered_part(run, scene, values), halo, progress);
 }
 
-/// Where no later run is to have the space, its integrals make room for the solver's vectors.
+/// Where no later run is to have the space, most of it makes room for the solver's vectors.
 void let_go_of_space(const Run& run, const ModelSignal& target) {
-  if (!run.kept && target.texel_space()) target.texel_space()->let_go_of_integrals();
+  if (!run.kept && target.texel_space()) target.texel_space()->let_go_of_positions();
 }
 
-/// `space` is that of the equation. While it solves it lets go of `before` where there is nothing else to keep that for.
+/// `space` is that of the equation.
 Filtered filtered_by_strength(const Run& run, const TexturedModel& scene, const ModelSignal& target,
-                              const SignalSpace& space, const ScreenedPoisson& equation, Signal& before,
+                              const SignalSpace& space, const ScreenedPoisson& equation, const Signal& before,
                               const std::vector<double>& beta, const std::optional<HaloLimit>& limit,
                               const Progress& progress) {
   const auto space_is_done = [&] { let_go_of_space(run, target); };
   const bool of_luminance = by_luminance(run.options(), scene.model);
-  if (!limit && !of_luminance) {
-    Signal change = equation.gradient_change(before, beta);
-    space_is_done();
-    before = {};
-    Filtered found = equation.correction(std::move(change), progress);
-    before = target.values();
-    add(before, found.signal);
-    return found;
-  }
   const auto filtered = [&](const Signal& values) {
     return limit ? solve_without_halos(equation, space, values, beta, *limit, progress, space_is_done)
                  : equation.solve(values, beta, progress);
@@ -193,8 +184,7 @@ Exit filter(Run& run) {
   const double weight = asked_weight(options, scale);
   std::vector<double> beta;
   if (!towards)
-    beta = mask ? modulation(*mask, asked_beta(options))
-                : std::vector<double>(std::size_t(target->space().size()), asked_beta(options));
+    beta = mask ? modulation(*mask, asked_beta(options)) : std::vector{asked_beta(options)};
   Solution solution;
   HaloOptions halo;
   std::optional<HaloLimit> limit;
@@ -206,10 +196,14 @@ Exit filter(Run& run) {
       halo = asked_halos(options, scene.model, largest_value(values));
       limit = halo_limit(run, scene, *target, halo, values, beta, step);
     }
+    if (!towards && !along && !limit && !by_luminance(options, scene.model)) {
+      solution = solve_gradient_change(run, scene.model, *target, weight, beta);
+      return;
+    }
     const SignalSpace& space = along ? *along : target->space();
     solution = solve_poisson(
         run, *target, space, weight,
-        [&](const ScreenedPoisson& equation, Signal& before, const Progress& progress) {
+        [&](const ScreenedPoisson& equation, const Signal& before, const Progress& progress) {
           if (towards)
             return equation.solve_towards(
                 before, asked_gradient_moments(run, scene, *target, before, progress.step("field", 0.2)),

@@ -163,10 +163,16 @@ class TexelSpace : public SignalSpace {
   void for_each_mixed_element(std::span<const int> labels,
                               const std::function<void(const Element&)>& visit) const override;
 
-  /// Lets go of what matrices and products with them are made of, a fifth of the memory that a filter takes, once the
-  /// last of them is made: until `integrate_again` they throw `InvalidInput`. Nothing is let go of where seams are soft.
-  /// Neither of the two may be called while others use the space.
+  /// Lets go of what matrices, products with them and functions are made of, most of the space's memory, once the last of
+  /// them is made: until `integrate_again` they throw `InvalidInput`. Nothing is let go of where seams are soft.
+  /// None of the three may be called while others use the space.
   void let_go_of_integrals() const;
+
+  /// The same, and of where the unknowns lie on the surface, which a multigrid solver is made with: of `texels()` the places
+  /// in pictures are left, so that values can be gathered and scattered.
+  void let_go_of_positions() const;
+
+  /// Has both again.
   void integrate_again() const;
 
   /// Bytes held between calls.

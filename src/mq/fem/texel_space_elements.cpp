@@ -41,6 +41,7 @@ std::array<double, 16> full(const CellIntegrals& cell) {
 }  // namespace
 
 int TexelSpace::element_count() const {
+  data_->require_integrals();
   return data_->grid.cell_count() + int(data_->cells.seams.blocks.size());
 }
 
@@ -123,6 +124,7 @@ void TexelSpace::for_each_summand(
 
 std::vector<int> TexelSpace::first_texels() const {
   const Data& d = *data_;
+  d.require_integrals();
   std::vector<int> first(std::size_t(element_count()), -1);
   for (int k = 0; k < d.grid.texture_count(); ++k) {
     const int width = d.grid.texture(k).width + 1, begin = d.grid.first_cell(k);

@@ -59,6 +59,7 @@ Signal barycentric_in(const std::array<TexelPoint, 3>& corners, int column, int 
 
 void TexelSpace::for_each_piece(const std::function<void(const TexelSamples&)>& visit) const {
   const Data& d = *data_;
+  d.require_integrals();
   SeamCell cell(d.atlas, *d.seams, d.grid);
   std::vector<SeamCell::Polygon> bilinear;
   BasisSamples points;
@@ -120,6 +121,7 @@ std::vector<BasisWeight> TexelSpace::basis_at(int triangle, const Vector3& baryc
 
 std::vector<BasisWeight> TexelSpace::basis_in(int chart, int column, int row, double x, double y) const {
   const Data& d = *data_;
+  d.require_integrals();
   const int texture = d.atlas.charts[chart].texture;
   const TextureSize& size = d.grid.texture(texture);
   SeamCell cell(d.atlas, *d.seams, d.grid);

@@ -21,6 +21,7 @@ double larger(double largest, double value) {
 }  // namespace
 
 std::vector<Vector3> TexelSpace::positions() const {
+  require(std::ssize(texels().positions) == size(), "the positions of this space were let go of; integrate again");
   std::vector<Vector3> positions;
   positions.reserve(std::size_t(size()));
   for (int i = 0; i < size(); ++i) positions.push_back(texels().position(i));
@@ -42,6 +43,7 @@ std::vector<int> TexelSpace::boundary() const {
 
 double TexelSpace::largest_shown(const Vector& values) const {
   require(values.size() == size(), "one value per texel is needed");
+  data_->require_integrals();
   double largest = 0;
   for_each_shown(
       data_->surface, data_->atlas, *this, [&](int i) { largest = larger(largest, values[i]); },

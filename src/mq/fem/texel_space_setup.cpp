@@ -57,21 +57,29 @@ void TexelSpace::let_go_of_integrals() const {
   Data& d = *data_;
   if (!d.near) return;
   d.integrated = false;
-  release(d.cells.cut);
-  release(d.cells.whole);
-  release(d.cells.seams.mass);
-  release(d.cells.seams.stiffness);
+  d.cells = {};
+  release(d.unknown);
+  release(d.block_offsets);
+  release(d.parts);
 }
 
-/// Which texels seam blocks couple is kept, by their unknowns.
+void TexelSpace::let_go_of_positions() const {
+  Data& d = *data_;
+  let_go_of_integrals();
+  if (d.integrated) return;
+  release(d.texels.positions);
+  release(d.texels.chart);
+  release(d.texels.interior);
+}
+
 void TexelSpace::integrate_again() const {
   Data& d = *data_;
   if (d.integrated) return;
-  TexelCells again = d.cells_with_integrals({});
-  d.cells.cut = std::move(again.cut);
-  d.cells.whole = std::move(again.whole);
-  d.cells.seams.mass = std::move(again.seams.mass);
-  d.cells.seams.stiffness = std::move(again.seams.stiffness);
+  d.cells = d.cells_with_integrals({});
+  d.number_texels();
+  d.find_parts();
+  d.place_texels();
+  release(d.shared);
   d.integrated = true;
 }
 

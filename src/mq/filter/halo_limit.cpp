@@ -202,13 +202,15 @@ ChangedTwice changed_twice(const ScreenedPoisson& equation, const Signal& psi, S
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
                              std::span<const double> beta, const HaloLimit& limit, const Progress& progress,
                              const std::function<void()>& space_is_done) {
-  std::vector<double> all(beta.begin(), beta.end()), of_texture = all;
-  if (sharpens(beta)) all = limit.of_detail(beta), of_texture = limit.of_texture(all);
+  std::vector<double> all(beta.begin(), beta.end());
+  if (all.size() == 1) all.assign(std::size_t(psi.rows()), beta.front());
+  std::vector<double> of_texture = all;
+  if (sharpens(beta)) all = limit.of_detail(all), of_texture = limit.of_texture(all);
   const auto space_done = [&] {
     if (space_is_done) space_is_done();
   };
   if (of_texture == all) {
-    Signal change = equation.gradient_change(psi, all);
+    Signal change = gradient_change(space, psi, all);
     space_done();
     return equation.solve_change(psi, change, progress);
   }

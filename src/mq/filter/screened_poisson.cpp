@@ -47,6 +47,25 @@ void require_finite(const Signal& signal, int rows, const char* what) {
 
 }  // namespace
 
+Signal gradient_change(const SignalSpace& space, const Signal& psi, std::span<const double> beta) {
+  require_finite(psi, space.size(), "the signal");
+  require(beta.size() == 1 || beta.size() == std::size_t(space.size()),
+          fmt::format("a modulation of {} values was given for {} unknowns", beta.size(), space.size()));
+  for (std::size_t i = 0; i < beta.size(); ++i)
+    if (!std::isfinite(beta[i]))
+      throw InvalidInput(beta.size() == 1
+                             ? fmt::format("beta is {}; it must be finite", beta[i])
+                             : fmt::format("the modulation is {} at unknown {}; it must be finite", beta[i], i));
+  std::vector<double> change;
+  if (std::ranges::any_of(beta, [&](double b) { return b != beta.front(); }))
+    for (const double b : beta) change.push_back(b - 1);
+  else if (beta.front() == 1)
+    return zero_signal(psi.rows(), psi.cols());
+  Signal moments = space.stiffness_times(psi, change);
+  if (change.empty()) scale(beta.front() - 1, moments);
+  return moments;
+}
+
 ScreenedPoisson::Components::Components(const SparseMatrix& A, const Vector& mass)
     : number(connected_components(A)), share(mass) {
   const Signal area = component_sums(number, mass);
@@ -178,37 +197,12 @@ Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
 }
 
 Filtered ScreenedPoisson::solve(const Signal& psi, double beta, const Progress& progress) const {
-  require(std::isfinite(beta), fmt::format("beta is {}; it must be finite", beta));
-  require_finite(psi, space_.size(), "the signal");
-  return correct(psi, change_everywhere(psi, beta), progress);
+  return solve(psi, std::span(&beta, 1), progress);
 }
 
 Filtered ScreenedPoisson::solve(const Signal& psi, std::span<const double> beta,
                                 const Progress& progress) const {
-  return correct(psi, gradient_change(psi, beta), progress);
-}
-
-Signal ScreenedPoisson::change_everywhere(const Signal& psi, double beta) const {
-  if (beta == 1) return Signal::Zero(psi.rows(), psi.cols());
-  Signal change = space_.stiffness_times(psi);
-  scale(beta - 1, change);
-  return change;
-}
-
-Signal ScreenedPoisson::gradient_change(const Signal& psi, std::span<const double> beta) const {
-  require_finite(psi, space_.size(), "the signal");
-  require(beta.size() == std::size_t(space_.size()),
-          fmt::format("a modulation of {} values was given for {} unknowns", beta.size(),
-                      space_.size()));
-  for (std::size_t i = 0; i < beta.size(); ++i)
-    if (!std::isfinite(beta[i]))
-      throw InvalidInput(
-          fmt::format("the modulation is {} at unknown {}; it must be finite", beta[i], i));
-  if (!beta.empty() && std::ranges::all_of(beta, [&](double b) { return b == beta.front(); }))
-    return change_everywhere(psi, beta.front());
-  std::vector<double> change(beta.begin(), beta.end());
-  for (double& b : change) b -= 1;
-  return space_.stiffness_times(psi, change);
+  return correct(psi, gradient_change(space_, psi, beta), progress);
 }
 
 Filtered ScreenedPoisson::solve_towards(const Signal& psi, const Signal& gradient_moments,

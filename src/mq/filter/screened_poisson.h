@@ -13,6 +13,11 @@
 
 namespace mq {
 
+/// The moments ∫ (β − 1) ⟨∇ψ, ∇φ_i⟩ dA, size() × channels: how (5.1) wants ψ's gradient changed. One β for all unknowns, or
+/// one per unknown (constant on each triangle or cell: the mean over its unknowns); one that is equal everywhere gives the
+/// same bits either way. Throws `InvalidInput` naming the first value that is not finite.
+Signal gradient_change(const SignalSpace& space, const Signal& psi, std::span<const double> beta);
+
 /// A filtered signal and how its solve went.
 struct Filtered {
   Signal signal;
@@ -78,14 +83,12 @@ class ScreenedPoisson {
   /// that is not finite.
   Filtered solve(const Signal& psi, double beta, const Progress& progress = {}) const;
 
-  /// φ for a β per unknown (constant on each triangle or cell: the mean over its unknowns). One that
-  /// is equal everywhere gives the same bits as that number.
+  /// φ for `gradient_change` by these β.
   Filtered solve(const Signal& psi, std::span<const double> beta,
                  const Progress& progress = {}) const;
 
-  /// The same in two steps: the moments of (β − 1)·∇ψ, and then φ − ψ for those of any change, so that what only the first
-  /// step needs may go between. Where the change is 0 altogether so is φ − ψ.
-  Signal gradient_change(const Signal& psi, std::span<const double> beta) const;
+  /// φ − ψ for the moments of any change of ψ's gradient, as `gradient_change` has them: what only those need, the space
+  /// among it, may be gone by then. Where the change is 0 altogether so is φ − ψ.
   Filtered correction(Signal gradient_change, const Progress& progress = {}) const;
 
   /// φ for any target gradient X, given by its moments ∫ ⟨X, ∇φ_i⟩ dA, size() × channels.
@@ -111,7 +114,6 @@ class ScreenedPoisson {
   Vector screened_mass() const;
   double prepare(SparseMatrix& A, const Progress& progress);
   bool prepare_stencils(double weight, const Progress& assembling, const Progress& progress);
-  Signal change_everywhere(const Signal& psi, double beta) const;
   Filtered correct(const Signal& psi, Signal gradient_change, const Progress& progress) const;
 
   const SignalSpace& space_;

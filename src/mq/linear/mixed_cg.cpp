@@ -1,10 +1,10 @@
 /// Per channel, with C the cycle:
 ///
-///     z = C·r,   β = −⟨z, q⟩/⟨p, q⟩,   p = z + β·p,   q = A·p,   α = ⟨p, r⟩/⟨p, q⟩,
+///     z = C·r,   ρ = ⟨z, r⟩,   β = ρ/ρ_before,   p = z + β·p,   q = A·p,   α = ⟨p, r⟩/⟨p, q⟩,
 ///     X += α·p,   r −= α·q
 ///
-/// β makes p conjugate to its predecessor whatever r is, so that nothing is lost where r is renewed.
-/// A channel that has reached the tolerance rests with α = 0. X is in double from the first step on:
+/// q lies where z was: three vectors of the finest level and the one of the cycle are all there are. A channel that has
+/// reached the tolerance rests with α = 0, and so does one whose step is lost in rounding; β = 0 begins anew after either. X is in double from the first step on:
 /// where A is mostly stiffness, rounding of its slow waves would be a residual as large as the one that
 /// three digits are to be gained on. The four lanes of a single channel are partial
 /// sums of that channel; vectors are then walked in the same way in either case.
@@ -52,7 +52,7 @@ class Group {
         constants_(components, scaling), X_(X), first_(first), channels_(std::min(4, int(B.cols()) - first)),
         B_(B, first, channels_, scaling, constants_),
         lanes_(lanes_for(channels_)), workspace_(multigrid, lanes_), options_(options) {
-    for (LaneVector* v : {&r_, &z_, &p_, &q_}) *v = LaneVector(B.rows(), lanes_);
+    for (LaneVector* v : {&r_, &z_, &p_}) *v = LaneVector(B.rows(), lanes_);
     if (is_zero(X, first, channels_))
       take_right_hand_side(B_, channels_, r_);
     else
@@ -100,23 +100,19 @@ class Group {
   void iterate() {
     multigrid_.cycle(r_.data(), z_.data(), workspace_);
     constants_.remove(z_);
+    const Double4 descent = dot(z_, r_);
     Double4 beta{}, alpha{};
-    if (cycles_ > 0) beta = -dot(z_, q_);
-    for (int c = 0; c < 4; ++c) beta[c] = form_[c] > 0 ? beta[c] / form_[c] : 0;
+    for (int c = 0; c < 4; ++c) beta[c] = descent_[c] > 0 ? descent[c] / descent_[c] : 0;
     next_direction(z_, beta, p_);
-    const StencilMatrix::Products of_p = high_.multiply(lanes_, p_.data(), r_.data(), q_.data());
-    for (int c = 0; c < lanes_; ++c) {
-      form_[c] = of_p.with_product[c];
-      alpha[c] = active(c) ? step(c, of_p.with_r[c]) : 0;
-    }
-    if (lanes_ == 1) {
-      alpha = Double4{} + alpha[0];
-      form_ = Double4{} + form_[0];
-    }
+    LaneVector& q = z_;
+    const StencilMatrix::Products of_p = high_.multiply(lanes_, p_.data(), r_.data(), q.data());
+    for (int c = 0; c < lanes_; ++c) alpha[c] = active(c) ? step(c, of_p.with_r[c], of_p.with_product[c]) : 0;
+    if (lanes_ == 1) alpha = Double4{} + alpha[0];
     const LargestValues found = add_to_solution(scaling_, p_, alpha, first_, channels_, X_);
     for (int c = 0; c < channels_; ++c)
       if (alpha[c] != 0) error_[c].add_step(found.change[c], found.value[c]);
-    squared_ = reduce_residual(scaling_, q_, alpha, r_);
+    for (int c = 0; c < 4; ++c) descent_[c] = alpha[c] != 0 ? descent[c] : 0;
+    squared_ = reduce_residual(scaling_, q, alpha, r_);
     ++cycles_;
     if (needs_renewal()) renew();
   }
@@ -124,9 +120,9 @@ class Group {
  private:
   /// ⟨p, r⟩/⟨p, A·p⟩; 0 where the quadratic form is lost in rounding (a direction along which the
   /// matrix nearly vanishes). The next direction is a new one; a channel that finds none rests.
-  double step(int c, double descent) {
-    lost_[c] = form_[c] > 0 ? 0 : lost_[c] + 1;
-    return form_[c] > 0 ? descent / form_[c] : 0;
+  double step(int c, double descent, double form) {
+    lost_[c] = form > 0 ? 0 : lost_[c] + 1;
+    return form > 0 ? descent / form : 0;
   }
 
   bool needs_renewal() const {
@@ -162,9 +158,9 @@ class Group {
   int lanes_;
   Multigrid::Workspace workspace_;
   const MixedCgOptions& options_;
-  LaneVector r_, z_, p_, q_;
+  LaneVector r_, z_, p_;
   Double4 squared_{}, renewed_{}, start_{}, wanted_{};
-  Double4 form_{};  ///< ⟨p, A·p⟩
+  Double4 descent_{};  ///< ⟨z, r⟩ of the last step, 0 where there was none
   std::array<int, 4> lost_ = {0, 0, 0, 0};
   std::array<ErrorEstimate, 4> error_;
   std::array<int, 4> idle_ = {0, 0, 0, 0};

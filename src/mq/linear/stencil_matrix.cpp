@@ -16,6 +16,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/base/release.h"
 #include "mq/linear/solver.h"
 
 namespace mq {
@@ -61,7 +62,7 @@ void StencilMatrix::make_room(const SparseMatrix& listed, const StencilLayout& l
     start_[p + 1] = start_[p] + entries;
   }
   columns_.resize(std::size_t(start_.back()));
-  values_.resize(columns_.size());
+  values_.resize(std::size_t(start_.back()));
 }
 
 /// Irregular and clustered rows: their entries beside the diagonal, and the diagonal.
@@ -81,7 +82,6 @@ void StencilMatrix::fill_listed(const SparseMatrix& listed, const Scaling& scali
       if (low) (own ? low->streams(0)[k] : low->values_[at]) = float(scaled - double(high));
       if (own) continue;
       columns_[at] = int(entry.col());
-      if (low) low->columns_[at] = int(entry.col());
       ++at;
     }
     check_row(diagonal, size, k);
@@ -197,6 +197,7 @@ StencilMatrix::Split StencilMatrix::split(StencilRows&& A, const StencilLayout& 
   Split result;
   result.high.make_room(A.listed(), layout);
   result.low.make_room(A.listed(), layout);
+  release(result.low.columns_);
   result.high.row_sums_.resize(std::size_t(A.rows()) + margin);
   result.high.fill(A, scaling, &result.low);
   return result;

@@ -55,7 +55,7 @@ class StencilMatrix {
   StencilMatrix(StencilRows&& A, const StencilLayout& layout, const Scaling& scaling);
 
   /// The same matrix, `high`, with the row sums that `multiply` wants, and `low`, what rounding and raising changed:
-  /// the two add up to the scaled A to 48 bits.
+  /// the two add up to the scaled A to 48 bits. `low` has no `listed_row`: its columns are those of `high`.
   struct Split;
   static Split split(StencilRows&& A, const StencilLayout& layout, const Scaling& scaling);
 
@@ -112,6 +112,9 @@ class StencilMatrix {
     return {int(start_[position + 1] - begin), columns_.data() + begin, values_.data() + begin,
             centre(layout_->listed(position))};
   }
+
+  /// The values of such a row alone.
+  const float* listed_values(int position) const { return values_.data() + start_[position]; }
 
   /// The five values of unknown k: A(k, k) and A(k, its right, lower left, lower and lower right
   /// neighbour). Meaningful in stencil rows and where stencil rows couple to others.

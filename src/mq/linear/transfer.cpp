@@ -94,6 +94,7 @@ std::int64_t SparseTransfer::bytes() const {
 }
 
 void GridTransfer::move(std::vector<Move> moves, int extra) {
+  children_.reserve(children_.size() + std::size_t(extra));
   children_.resize(children_.size() + std::size_t(extra));
   std::array<WeightedIndex, 4> read;
   for (Move& m : moves) {

@@ -18,6 +18,7 @@
 namespace mq {
 
 class KeptWork;
+struct UnknownRange;
 class ShadingFrames;
 class TangentTexels;
 
@@ -143,6 +144,7 @@ class TextureSignal final : public ModelSignal {
  private:
   const Atlas& atlas() const { return apart_ ? apart_->atlas : *model_.atlas; }
   Texels::Place home(int unknown) const;
+  UnknownRange of_texture(std::size_t texture) const;
   TextureSignalOptions::SharedTexels find_axes(TextureSignalOptions::SharedTexels shared,
                                                Messages& messages);
   void find_frames();
@@ -159,7 +161,7 @@ class TextureSignal final : public ModelSignal {
   std::optional<SeparatedAtlas> apart_;  ///< nothing where each texel is one unknown
   std::shared_ptr<const TexelSpace> space_;
   std::optional<TexelCopies> copies_;
-  std::vector<std::vector<int>> by_texture_;  ///< unknowns
+  std::vector<int> first_of_texture_;  ///< unknowns are in the order of textures; and behind the last
   std::shared_ptr<const TangentTexels> tangent_;  ///< null: values are not in tangent space
   std::optional<Depth> depth_;
 };

@@ -101,8 +101,9 @@ TextureSignal::TextureSignal(const TexturedModel& model, const TextureSignalOpti
   space_ = options.kept ? options.kept->space(model.surface, atlas(), options.space, rest)
                         : std::make_shared<const TexelSpace>(model.surface, atlas(), options.space, rest);
   if (apart_) copies_.emplace(model.surface, *apart_, *space_);
-  by_texture_.resize(model.texture_sizes.size());
-  for (int k = 0; k < space_->size(); ++k) by_texture_[std::size_t(home(k).texture)].push_back(k);
+  const std::vector<Texels::Place>& places = space_->texels().places;
+  for (int i = 0; i <= int(model.texture_sizes.size()); ++i)
+    first_of_texture_.push_back(int(std::ranges::lower_bound(places, i, {}, &Texels::Place::texture) - places.begin()));
   if (!reads) return;
   find_frames();
   if (values_.space == ColourSpace::log) warn_of_no_light(model.model, messages);
@@ -123,6 +124,10 @@ Texels::Place TextureSignal::home(int unknown) const {
   return copies_ ? copies_->home(unknown) : space_->texels().places[std::size_t(unknown)];
 }
 
+UnknownRange TextureSignal::of_texture(std::size_t texture) const {
+  return {first_of_texture_[texture], first_of_texture_[texture + 1]};
+}
+
 std::vector<Texels::Place> TextureSignal::texels() const {
   std::vector<Texels::Place> places;
   places.reserve(std::size_t(space_->size()));
@@ -141,10 +146,10 @@ Signal TextureSignal::values_of(std::span<const Texture> textures) const {
                         model_.model.path.string(), channels_));
     const PlaceOfUnknown place = [&](int k) { return home(k); };
     if (!tangent_) {
-      take_values(by_texture_[i], place, textures[i], values_, values);
+      take_values(of_texture(i), place, textures[i], values_, values);
       continue;
     }
-    for_each_block(by_texture_[i], [&](std::span<const int> block) {
+    for_each_block(of_texture(i), [&](std::span<const int> block) {
       Image<float> worked = decoded(stored_at(block, place, pixels), textures[i], values_);
       to_deviations(block, textures[i], worked, values);
     });
@@ -153,10 +158,10 @@ Signal TextureSignal::values_of(std::span<const Texture> textures) const {
 }
 
 void TextureSignal::require_alike(std::span<const Texture> textures) const {
-  require(textures.size() >= by_texture_.size(),
-          fmt::format("values of {} are put into {}", counted(int(by_texture_.size()), "texture"),
-                      textures.size()));
-  for (std::size_t i = 0; i < by_texture_.size(); ++i) {
+  const std::size_t own = model_.texture_sizes.size();
+  require(textures.size() >= own,
+          fmt::format("values of {} are put into {}", counted(int(own), "texture"), textures.size()));
+  for (std::size_t i = 0; i < own; ++i) {
     const int width = model_.texture_sizes[i].width, height = model_.texture_sizes[i].height;
     const Image<float>& pixels = textures[i].pixels;
     require(pixels.width() == width && pixels.height() == height,
@@ -167,9 +172,9 @@ void TextureSignal::require_alike(std::span<const Texture> textures) const {
 
 void TextureSignal::put(const Signal& before, const Signal& after, Model& model) const {
   require_alike(model.textures);
-  for (std::size_t i = 0; i < by_texture_.size(); ++i) {
+  for (std::size_t i = 0; i < model_.texture_sizes.size(); ++i) {
     std::vector<int> changed;
-    for (const int k : by_texture_[i])
+    for (int k = of_texture(i).first; k < of_texture(i).last; ++k)
       if (!same_row(before, after, k) && (!copies_ || copies_->is_shown(k))) changed.push_back(k);
     Texture& texture = model.textures[i];
     if (tangent_)

@@ -77,12 +77,13 @@ void residual_of_columns(const StencilMatrix& high, const StencilMatrix& low, co
     residual_of_run(high, low, layout.runs[i], B, rows, r);
   }, 64);
   parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
-    const StencilMatrix::Row a = high.listed_row(int(p)), b = low.listed_row(int(p));
+    const StencilMatrix::Row a = high.listed_row(int(p));
+    const float* const low_values = low.listed_values(int(p));
     const int k = layout.irregular[p];
     Double4 sum = B.row<channels>(k);
-    sum -= (double(a.diagonal) + double(b.diagonal)) * rows(k);
+    sum -= (double(a.diagonal) + double(low.centre(k))) * rows(k);
     for (int i = 0; i < a.count; ++i)
-      sum -= (double(a.values[i]) + double(b.values[i])) * rows(a.columns[i]);
+      sum -= (double(a.values[i]) + double(low_values[i])) * rows(a.columns[i]);
     store_rounded<channels>(sum, k, r);
   });
 }

@@ -1,6 +1,8 @@
 #include "mq/model/detail/texel_values.h"
 
 #include <algorithm>
+#include <numeric>
+#include <vector>
 
 #include "mq/base/parallel.h"
 
@@ -10,16 +12,24 @@ bool lacks_alpha(int channels, int most) {
   return channels + 1 == most && colour_channels(most) != most;
 }
 
+namespace {
+
+constexpr std::int64_t unknowns_at_once = 4096;
+
+}  // namespace
+
+void for_each_block(const UnknownRange& unknowns, const std::function<void(std::span<const int>)>& work) {
+  parallel_blocks(unknowns.size(), unknowns_at_once, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<int> block(std::size_t(end - begin));
+    std::iota(block.begin(), block.end(), unknowns.first + int(begin));
+    work(block);
+  });
+}
+
 void for_each_block(std::span<const int> unknowns, const std::function<void(std::span<const int>)>& work) {
-  constexpr std::int64_t block = 4096;
-  const std::int64_t count = (std::ssize(unknowns) + block - 1) / block;
-  parallel_for(
-      count,
-      [&](std::int64_t k) {
-        const std::int64_t first = k * block;
-        work(unknowns.subspan(std::size_t(first), std::size_t(std::min(block, std::ssize(unknowns) - first))));
-      },
-      1);
+  parallel_blocks(std::ssize(unknowns), unknowns_at_once, [&](std::int64_t begin, std::int64_t end) {
+    work(unknowns.subspan(std::size_t(begin), std::size_t(end - begin)));
+  });
 }
 
 Image<float> stored_at(std::span<const int> unknowns, const PlaceOfUnknown& place, const Image<float>& pixels) {
@@ -31,8 +41,11 @@ Image<float> stored_at(std::span<const int> unknowns, const PlaceOfUnknown& plac
   return stored;
 }
 
-void take_values(std::span<const int> unknowns, const PlaceOfUnknown& place, const Texture& texture,
-                 const ValueSpace& space, Signal& values) {
+namespace {
+
+template <class Unknowns>
+void take_any_values(const Unknowns& unknowns, const PlaceOfUnknown& place, const Texture& texture,
+                     const ValueSpace& space, Signal& values) {
   const int channels = texture.pixels.channels();
   for_each_block(unknowns, [&](std::span<const int> block) {
     const Image<float> worked = decoded(stored_at(block, place, texture.pixels), texture, space);
@@ -40,6 +53,18 @@ void take_values(std::span<const int> unknowns, const PlaceOfUnknown& place, con
       for (int c = 0; c < int(values.cols()); ++c)
         values(block[std::size_t(n)], c) = c < channels ? double(worked(n, 0, c)) : 1.0;
   });
+}
+
+}  // namespace
+
+void take_values(std::span<const int> unknowns, const PlaceOfUnknown& place, const Texture& texture,
+                 const ValueSpace& space, Signal& values) {
+  take_any_values(unknowns, place, texture, space, values);
+}
+
+void take_values(const UnknownRange& unknowns, const PlaceOfUnknown& place, const Texture& texture,
+                 const ValueSpace& space, Signal& values) {
+  take_any_values(unknowns, place, texture, space, values);
 }
 
 void put_values(std::span<const int> unknowns, const PlaceOfUnknown& place, const Signal& values,

@@ -16,7 +16,15 @@ bool lacks_alpha(int channels, int most);
 /// The texel of the pictures that an unknown stands for.
 using PlaceOfUnknown = std::function<Texels::Place(int unknown)>;
 
+/// Unknowns that follow each other.
+struct UnknownRange {
+  int first = 0, last = 0;  ///< and the one behind them
+
+  int size() const { return last - first; }
+};
+
 /// Calls work(block) for blocks of these unknowns, in parallel.
+void for_each_block(const UnknownRange& unknowns, const std::function<void(std::span<const int>)>& work);
 void for_each_block(std::span<const int> unknowns, const std::function<void(std::span<const int>)>& work);
 
 /// What the picture holds at these unknowns' texels, one after another in a row of as many.
@@ -25,6 +33,8 @@ Image<float> stored_at(std::span<const int> unknowns, const PlaceOfUnknown& plac
 /// The rows of these unknowns of a signal in the value space become what the texture holds; where it lacks an alpha
 /// that the signal has, that is 1.
 void take_values(std::span<const int> unknowns, const PlaceOfUnknown& place, const Texture& texture,
+                 const ValueSpace& space, Signal& values);
+void take_values(const UnknownRange& unknowns, const PlaceOfUnknown& place, const Texture& texture,
                  const ValueSpace& space, Signal& values);
 
 /// The texture holds these rows, as well as it can, in place of what it held.
