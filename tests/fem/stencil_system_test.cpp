@@ -127,7 +127,7 @@ TEST(StencilSystem, IsSolvedAsItsMatrixIs) {
                InvalidInput);
 }
 
-TEST(TexelSpace, LetsGoOfItsIntegralsAndPositionsAndHasThemAgain) {
+TEST(TexelSpace, LetsGoOfItsIntegralsAndTexelsAndHasThemAgain) {
   const auto model = charts();
   const TexelSpace space(model->surface, model->atlas);
   const Signal psi = random_values(space.size(), 3);
@@ -159,11 +159,25 @@ TEST(TexelSpace, LetsGoOfItsIntegralsAndPositionsAndHasThemAgain) {
   space.integrate_again();
   expect_as_before();
 
-  space.let_go_of_positions();
-  EXPECT_LT(double(space.bytes()), 0.25 * double(before));
-  EXPECT_THROW((void)space.positions(), InvalidInput);
-  EXPECT_EQ(space.size(), psi.rows());
+  const auto places_again_equal = [&, before_them = space.texels().places] {
+    return std::ranges::equal(space.texels().places, before_them, [](const Texels::Place& a, const Texels::Place& b) {
+      return a.texture == b.texture && a.x == b.x && a.y == b.y;
+    });
+  };
+  std::vector<Image<float>> pictures;
+  for (const TextureSize& size : model->atlas.textures) pictures.emplace_back(size.width, size.height, 3);
+  for (int twice = 0; twice < 2; ++twice) {
+    space.let_go_of_texels();
+    EXPECT_LT(double(space.bytes()), 0.1 * double(before));
+    EXPECT_THROW((void)space.positions(), InvalidInput);
+    EXPECT_THROW((void)space.gather(pictures), InvalidInput);
+    EXPECT_THROW(space.scatter(psi, pictures), InvalidInput);
+    EXPECT_EQ(space.size(), psi.rows());
+    if (twice == 0) space.place_again();
+    if (twice == 0) EXPECT_TRUE(places_again_equal());
+  }
   space.integrate_again();
+  EXPECT_TRUE(places_again_equal());
   expect_as_before();
 }
 

@@ -9,7 +9,6 @@
 #include "mq/base/parallel.h"
 #include "mq/baseline/reference_solver.h"
 #include "mq/base/release.h"
-#include "mq/linear/signal_values.h"
 #include "mq/model/kept_work.h"
 #include "mq/model/packed_pictures.h"
 
@@ -156,27 +155,27 @@ Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& s
   return solution;
 }
 
-Solution solve_gradient_change(Run& run, Model& model, const ModelSignal& signal, double weight,
-                               std::span<const double> beta) {
+Solution solve_in_steps(Run& run, Model& model, const ModelSignal& signal, double weight, const PoissonSteps& steps) {
   const TexelSpace* const lean = run.kept ? nullptr : signal.texel_space();
   Solution solution;
   int attempts = 0;
   solve_by_choice(run, signal, [&](const SolverFactory& factory, const SolvingShares& shares) {
     release(solution.before);
     if (lean) lean->integrate_again();
-    Signal change = gradient_change(signal.space(), signal.values(), beta);
+    steps.begin(signal.values());
     {
       const PackedPictures packed(model);
       const KeptWork::Equation equation =
           prepared(run, signal, signal.space(), weight, lean ? letting_go(*lean, factory) : factory, attempts++ == 0,
                    shares.prepare);
       run.kept_equation = equation.kept;
-      if (lean) lean->let_go_of_positions();
+      if (lean) lean->let_go_of_texels();
       const Step step(run, "solve", shares.solve);
-      solution.filtered = equation.of->correction(std::move(change), step);
+      solution.filtered.report = steps.solve(*equation.of, step);
     }
+    if (lean) lean->place_again();
     solution.before = signal.values();
-    add(solution.before, solution.filtered.signal);
+    solution.filtered.signal = steps.end(solution.before);
     return solution.filtered.report;
   });
   return solution;

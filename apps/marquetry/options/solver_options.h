@@ -50,10 +50,17 @@ using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, con
 Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& space, double weight,
                        const PoissonSolve& solve);
 
-/// `equation.solve(before, beta)` on the signal's own space, in as little memory as it can be had, unless a later run is to have
-/// the space: what the solver is not made of is let go of before it is made, the model's pictures are packed meanwhile.
-Solution solve_gradient_change(Run& run, Model& model, const ModelSignal& signal, double weight,
-                               std::span<const double> beta);
+/// The steps of a solution, see `SolveInSteps`.
+struct PoissonSteps {
+  std::function<void(Signal before)> begin;
+  std::function<SolveReport(const ScreenedPoisson& equation, const Progress& progress)> solve;
+  std::function<Signal(const Signal& before)> end;
+};
+
+/// `solve_as_asked` of a screened Poisson equation on the signal's own space, in as little memory as it can be had, unless a
+/// later run is to have the space: what the solver is not made of is let go of before it is made, and of the model's
+/// pictures and the space hardly anything is there while it solves.
+Solution solve_in_steps(Run& run, Model& model, const ModelSignal& signal, double weight, const PoissonSteps& steps);
 
 /// What `smooth_at_seams`, which chooses its own solver, did, in `run.solve`; warns where it fell short.
 void report_solve_at_seams(Run& run, const SolveReport& report);

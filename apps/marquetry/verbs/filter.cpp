@@ -21,7 +21,6 @@
 #include "mq/filter/halo_limit.h"
 #include "mq/filter/luminance.h"
 #include "mq/filter/modulation.h"
-#include "mq/linear/signal_values.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/run.h"
@@ -116,39 +115,44 @@ Exit filter_geometry(Run& run) {
 }
 
 /// What is filtered of values: their luminance, or each channel by itself.
-Signal filtered_part(const Run& run, const TexturedModel& scene, const Signal& values) {
-  return by_luminance(run.options(), scene.model) ? luminance(values) : values;
+Signal filtered_part(const Run& run, const TexturedModel& scene, Signal values) {
+  return by_luminance(run.options(), scene.model) ? luminance(values) : std::move(values);
 }
 
 /// What sharpening is to keep to. Nothing where halos are as the equation has them, or nothing is sharpened.
 std::optional<HaloLimit> halo_limit(const Run& run, const TexturedModel& scene, const ModelSignal& target,
-                                    const HaloOptions& halo, const Signal& values, const std::vector<double>& beta,
+                                    const HaloOptions& halo, Signal values, const std::vector<double>& beta,
                                     const Progress& progress) {
   if (std::isinf(halo.fraction) || !sharpens(beta)) return std::nullopt;
-  return HaloLimit(target.space(), filtered_part(run, scene, values), halo, progress);
+  return HaloLimit(target.space(), filtered_part(run, scene, std::move(values)), halo, progress);
 }
 
-/// Where no later run is to have the space, most of it makes room for the solver's vectors.
-void let_go_of_space(const Run& run, const ModelSignal& target) {
-  if (!run.kept && target.texel_space()) target.texel_space()->let_go_of_positions();
-}
-
-/// `space` is that of the equation.
-Filtered filtered_by_strength(const Run& run, const TexturedModel& scene, const ModelSignal& target,
-                              const SignalSpace& space, const ScreenedPoisson& equation, const Signal& before,
-                              const std::vector<double>& beta, const std::optional<HaloLimit>& limit,
-                              const Progress& progress) {
-  const auto space_is_done = [&] { let_go_of_space(run, target); };
-  const bool of_luminance = by_luminance(run.options(), scene.model);
-  const auto filtered = [&](const Signal& values) {
-    return limit ? solve_without_halos(equation, space, values, beta, *limit, progress, space_is_done)
-                 : equation.solve(values, beta, progress);
-  };
-  if (!of_luminance) return filtered(before);
-  const Signal Y = luminance(before);
-  Filtered found = filtered(Y);
-  found.signal = with_luminance(before, Y, found.signal);
+/// `space` is that of the equation, in which distances are others than in the signal's own.
+Filtered filtered_along(const Run& run, const TexturedModel& scene, const SignalSpace& space,
+                        const ScreenedPoisson& equation, const Signal& before, const std::vector<double>& beta,
+                        const std::optional<HaloLimit>& limit, const Progress& progress) {
+  const Signal values = filtered_part(run, scene, before);
+  Filtered found = limit ? solve_without_halos(equation, space, values, beta, *limit, progress)
+                         : equation.solve(values, beta, progress);
+  if (by_luminance(run.options(), scene.model)) found.signal = with_luminance(before, values, found.signal);
   return found;
+}
+
+Solution filtered_in_steps(Run& run, TexturedModel& scene, const ModelSignal& target, double weight,
+                           const std::vector<double>& beta, const std::optional<HaloLimit>& limit) {
+  std::optional<SolveInSteps> steps;
+  return solve_in_steps(
+      run, scene.model, target, weight,
+      {.begin = [&](Signal before) {
+         steps.emplace(target.space(), filtered_part(run, scene, std::move(before)), beta, limit ? &*limit : nullptr);
+       },
+       .solve = [&](const ScreenedPoisson& equation, const Progress& progress) { return steps->solve(equation, progress); },
+       .end = [&](const Signal& before) {
+         const bool of_luminance = by_luminance(run.options(), scene.model);
+         if (!of_luminance) return std::move(*steps).solution(before);
+         const Signal Y = luminance(before);
+         return with_luminance(before, Y, std::move(*steps).solution(Y));
+       }});
 }
 
 Exit filter(Run& run) {
@@ -192,12 +196,12 @@ Exit filter(Run& run) {
     if (!towards) {
       // Before the solver stands: each of them needs much memory while it is made.
       const Step step(run, "look around", 0.05);
-      const Signal values = target->values();
+      Signal values = target->values();
       halo = asked_halos(options, scene.model, largest_value(values));
-      limit = halo_limit(run, scene, *target, halo, values, beta, step);
+      limit = halo_limit(run, scene, *target, halo, std::move(values), beta, step);
     }
-    if (!towards && !along && !limit && !by_luminance(options, scene.model)) {
-      solution = solve_gradient_change(run, scene.model, *target, weight, beta);
+    if (!towards && !along) {
+      solution = filtered_in_steps(run, scene, *target, weight, beta, limit);
       return;
     }
     const SignalSpace& space = along ? *along : target->space();
@@ -208,7 +212,7 @@ Exit filter(Run& run) {
             return equation.solve_towards(
                 before, asked_gradient_moments(run, scene, *target, before, progress.step("field", 0.2)),
                 progress.step("solve", 0.8));
-          return filtered_by_strength(run, scene, *target, space, equation, before, beta, limit, progress);
+          return filtered_along(run, scene, space, equation, before, beta, limit, progress);
         });
   });
   run.result.update(change_json(solution.before, solution.filtered.signal, value_space(run.options()).space));

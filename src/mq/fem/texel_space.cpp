@@ -44,7 +44,9 @@ TexelSpace::TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSp
 TexelSpace::~TexelSpace() = default;
 TexelSpace::TexelSpace(TexelSpace&&) noexcept = default;
 
-int TexelSpace::size() const { return data_->texels.size(); }
+int TexelSpace::size() const {
+  return data_->packed_places.empty() ? data_->texels.size() : data_->packed_places.back().unknown;
+}
 const Texels& TexelSpace::texels() const { return data_->texels; }
 const Defects& TexelSpace::defects() const { return data_->defects; }
 
@@ -94,6 +96,7 @@ Signal TexelSpace::stiffness_rows(std::span<const int> rows, const Signal& psi,
 
 Signal TexelSpace::gather(std::span<const Image<float>> pictures) const {
   const Data& d = *data_;
+  d.require_places();
   require(std::ssize(pictures) == d.grid.texture_count(),
           fmt::format("{} pictures for {} textures: give one each", pictures.size(),
                       d.grid.texture_count()));
@@ -118,6 +121,7 @@ Signal TexelSpace::gather(std::span<const Image<float>> pictures) const {
 
 void TexelSpace::scatter(const Signal& signal, std::span<Image<float>> pictures) const {
   const Data& d = *data_;
+  d.require_places();
   require(signal.rows() == size() && std::ssize(pictures) == d.grid.texture_count() &&
               signal.cols() == pictures.front().channels(),
           "a signal of this space and the pictures it was gathered from are needed");
@@ -135,7 +139,7 @@ std::int64_t TexelSpace::bytes() const {
          size(d.cells.whole) + size(d.cells.seams.blocks) + size(d.cells.seams.texels) +
          size(d.cells.seams.mass) + size(d.cells.seams.stiffness) + size(d.cells.seams.means) + size(d.texels.places) +
          size(d.texels.positions) + size(d.texels.chart) + size(d.texels.interior) +
-         size(d.unknown) + size(d.block_offsets) + size(d.parts);
+         size(d.unknown) + size(d.block_offsets) + size(d.parts) + size(d.packed_places);
 }
 
 }  // namespace mq

@@ -165,14 +165,16 @@ class TexelSpace : public SignalSpace {
 
   /// Lets go of what matrices, products with them and functions are made of, most of the space's memory, once the last of
   /// them is made: until `integrate_again` they throw `InvalidInput`. Nothing is let go of where seams are soft.
-  /// None of the three may be called while others use the space.
+  /// None of these may be called while others use the space.
   void let_go_of_integrals() const;
 
-  /// The same, and of where the unknowns lie on the surface, which a multigrid solver is made with: of `texels()` the places
-  /// in pictures are left, so that values can be gathered and scattered.
-  void let_go_of_positions() const;
+  /// The same, and of what `texels()` has, which a multigrid solver is made with: until `place_again` there are none.
+  void let_go_of_texels() const;
 
-  /// Has both again.
+  /// Has places in pictures again, so that values can be gathered and scattered; cheap. Of `texels()` the rest is gone.
+  void place_again() const;
+
+  /// Has everything again.
   void integrate_again() const;
 
   /// Bytes held between calls.

@@ -53,6 +53,10 @@ void TexelSpace::Data::require_integrals() const {
   require(integrated, "the integrals of this space were let go of; integrate again");
 }
 
+void TexelSpace::Data::require_places() const {
+  require(packed_places.empty(), "the texels of this space were let go of; place them again");
+}
+
 void TexelSpace::let_go_of_integrals() const {
   Data& d = *data_;
   if (!d.near) return;
@@ -63,13 +67,34 @@ void TexelSpace::let_go_of_integrals() const {
   release(d.parts);
 }
 
-void TexelSpace::let_go_of_positions() const {
+void TexelSpace::let_go_of_texels() const {
   Data& d = *data_;
   let_go_of_integrals();
-  if (d.integrated) return;
+  if (d.integrated || !d.packed_places.empty()) return;
+  std::vector<Texels::Place>& places = d.texels.places;
+  for (int i = 0; i < int(places.size()); ++i) {
+    const auto side_by_side = [](const Texels::Place& a, const Texels::Place& b) {
+      return a.texture == b.texture && a.y == b.y && a.x + 1 == b.x;
+    };
+    if (i == 0 || !side_by_side(places[i - 1], places[i])) d.packed_places.push_back({places[i], i});
+  }
+  d.packed_places.push_back({{}, int(places.size())});
+  release(places);
   release(d.texels.positions);
   release(d.texels.chart);
   release(d.texels.interior);
+}
+
+void TexelSpace::place_again() const {
+  Data& d = *data_;
+  if (d.packed_places.empty()) return;
+  d.texels.places.resize(std::size_t(d.packed_places.back().unknown));
+  parallel_for(std::ssize(d.packed_places) - 1, [&](std::int64_t r) {
+    const Data::RowPiece &row = d.packed_places[r], &next = d.packed_places[r + 1];
+    for (int i = row.unknown; i < next.unknown; ++i)
+      d.texels.places[i] = {row.first.texture, row.first.x + i - row.unknown, row.first.y};
+  });
+  release(d.packed_places);
 }
 
 void TexelSpace::integrate_again() const {
@@ -80,6 +105,7 @@ void TexelSpace::integrate_again() const {
   d.find_parts();
   d.place_texels();
   release(d.shared);
+  release(d.packed_places);
   d.integrated = true;
 }
 

@@ -23,49 +23,6 @@ namespace {
 /// one channel or up to four, as one loop of a fixed length takes.
 int floats_for(int channels) { return channels == 1 ? 2 : 8 * ((2 * channels + 7) / 8); }
 
-/// What combine(A, i, first float of the row) makes of `Width` floats of every row at a time.
-template <int Width, class Combine>
-void for_all_rows(const SparseMatrix& A, int floats, const std::vector<float>& from, std::vector<float>& to,
-                  const Combine& combine) {
-  parallel_for(A.rows(), [&](std::int64_t i) {
-    const std::span<const int> around(A.innerIndexPtr() + A.outerIndexPtr()[i],
-                                      std::size_t(A.outerIndexPtr()[i + 1] - A.outerIndexPtr()[i]));
-    for (int first = 0; first < floats; first += Width) {
-      std::array<float, Width> row;
-      std::copy_n(&from[std::size_t(i * floats + first)], Width, row.data());
-      combine(row, around, [&](int j) { return &from[std::size_t(j) * std::size_t(floats) + std::size_t(first)]; });
-      std::copy_n(row.data(), Width, &to[std::size_t(i * floats + first)]);
-    }
-  });
-}
-
-/// The least of every value and those of its neighbours.
-template <int Width>
-void widen(const SparseMatrix& A, int floats, std::vector<float>& values, std::vector<float>& room) {
-  for_all_rows<Width>(A, floats, values, room, [](auto& row, std::span<const int> around, const auto& at) {
-    for (const int j : around) {
-      const float* const other = at(j);
-      for (int k = 0; k < Width; ++k) row[k] = std::min(row[k], other[k]);
-    }
-  });
-  values.swap(room);
-}
-
-/// The mean of every value and those of its neighbours.
-template <int Width>
-void average(const SparseMatrix& A, int floats, std::vector<float>& values, std::vector<float>& room) {
-  for_all_rows<Width>(A, floats, values, room, [](auto& row, std::span<const int> around, const auto& at) {
-    if (around.empty()) return;
-    std::array<float, Width> sum{};
-    for (const int j : around) {
-      const float* const other = at(j);
-      for (int k = 0; k < Width; ++k) sum[k] += other[k];
-    }
-    for (int k = 0; k < Width; ++k) row[k] = sum[k] / float(around.size());
-  });
-  values.swap(room);
-}
-
 /// From 0 at the contrast to 1 at twice it.
 double rising_from(double from, double contrast) {
   const double s = std::clamp(contrast / from - 1, 0.0, 1.0);
@@ -94,17 +51,76 @@ bool sharpens(std::span<const double> beta) {
   return std::ranges::any_of(beta, [](double b) { return b > 1; });
 }
 
+/// What combine(A, i, first float of the row) makes of `width` floats of every row at a time.
+template <int width, class Combine>
+void HaloLimit::for_all_rows(const Couplings& A, int floats, const std::vector<float>& from, std::vector<float>& to,
+                  const Combine& combine) {
+  parallel_for(std::ssize(A.starts) - 1, [&](std::int64_t i) {
+    const auto around = A.columns.subspan(std::size_t(A.starts[i]), std::size_t(A.starts[i + 1] - A.starts[i]));
+    for (int first = 0; first < floats; first += width) {
+      std::array<float, width> row;
+      std::copy_n(&from[std::size_t(i * floats + first)], width, row.data());
+      combine(row, around, [&](int j) { return &from[std::size_t(j) * std::size_t(floats) + std::size_t(first)]; });
+      std::copy_n(row.data(), width, &to[std::size_t(i * floats + first)]);
+    }
+  });
+}
+
+/// The least of every value and those of its neighbours.
+template <int width>
+void HaloLimit::widen(const Couplings& A, int floats, std::vector<float>& values, std::vector<float>& room) {
+  for_all_rows<width>(A, floats, values, room, [](auto& row, std::span<const int> around, const auto& at) {
+    for (const int j : around) {
+      const float* const other = at(j);
+      for (int k = 0; k < width; ++k) row[k] = std::min(row[k], other[k]);
+    }
+  });
+  values.swap(room);
+}
+
+/// The mean of every value and those of its neighbours.
+template <int width>
+void HaloLimit::average(const Couplings& A, int floats, std::vector<float>& values, std::vector<float>& room) {
+  for_all_rows<width>(A, floats, values, room, [](auto& row, std::span<const int> around, const auto& at) {
+    if (around.empty()) return;
+    std::array<float, width> sum{};
+    for (const int j : around) {
+      const float* const other = at(j);
+      for (int k = 0; k < width; ++k) sum[k] += other[k];
+    }
+    for (int k = 0; k < width; ++k) row[k] = sum[k] / float(around.size());
+  });
+  values.swap(room);
+}
+
+/// Without the values of the matrix, which take twice the memory.
+struct HaloLimit::OwnCouplings {
+  std::vector<int> starts, columns;
+
+  explicit OwnCouplings(const SparseMatrix& A)
+      : starts(A.outerIndexPtr(), A.outerIndexPtr() + A.rows() + 1),
+        columns(A.innerIndexPtr(), A.innerIndexPtr() + A.nonZeros()) {}
+};
+
 HaloLimit::HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOptions& options,
                      const Progress& progress)
-    : HaloLimit(space.system(0, 1, progress.step("look around", 0.5)), psi, options, SharedUnknowns::alone(),
+    : HaloLimit(OwnCouplings(space.system(0, 1, progress.step("look around", 0.5))), psi, options,
                 progress.step("look around", 0.5)) {}
+
+HaloLimit::HaloLimit(const OwnCouplings& own, const Signal& psi, const HaloOptions& options, const Progress& progress)
+    : HaloLimit(Couplings{own.starts, own.columns}, psi, options, SharedUnknowns::alone(), progress) {}
 
 HaloLimit::HaloLimit(const SparseMatrix& A, const Signal& psi, const HaloOptions& options,
                      const SharedUnknowns& shared, const Progress& progress)
+    : HaloLimit(Couplings{{A.outerIndexPtr(), std::size_t(A.rows()) + 1}, {A.innerIndexPtr(), std::size_t(A.nonZeros())}},
+                psi, options, shared, progress) {}
+
+HaloLimit::HaloLimit(const Couplings& A, const Signal& psi, const HaloOptions& options, const SharedUnknowns& shared,
+                     const Progress& progress)
     : channels_(int(psi.cols())), floats_(floats_for(channels_)), fraction_(options.fraction) {
-  require(psi.rows() == A.rows() && psi.cols() > 0 && psi.allFinite(),
+  require(psi.rows() == std::ssize(A.starts) - 1 && psi.cols() > 0 && psi.allFinite(),
           fmt::format("a signal of {} × {} was given for {} unknowns, or it is not finite", psi.rows(), psi.cols(),
-                      A.rows()));
+                      std::ssize(A.starts) - 1));
   require(options.fraction >= 0 && std::isfinite(options.fraction) && options.contrast > 0 && options.reach >= 1 &&
               options.threshold >= 0 && std::isfinite(options.threshold),
           fmt::format("halos of {} of the contrast, edges from a contrast of {}, a threshold of {} and a reach of {} were "
@@ -173,60 +189,60 @@ double HaloLimit::limited(std::int64_t unknown, int channel, double value, doubl
   return sum;
 }
 
-namespace {
-
-struct ChangedTwice {
-  Signal first, second;
-  SolveReport report;  ///< of the second, or of both
-};
-
-/// ψ with its gradients changed in two ways. A single channel wants no more time for both side by side; several want as
-/// much, and a fifth more memory than one after the other.
-ChangedTwice changed_twice(const ScreenedPoisson& equation, const Signal& psi, Signal one, Signal other,
-                           const Progress& progress) {
-  if (psi.cols() == 1) {
-    Signal twice(psi.rows(), 2), changes(psi.rows(), 2);
-    twice << psi, psi;
-    changes << one, other;
-    Filtered found = equation.solve_change(twice, changes, progress);
-    return {found.signal.leftCols(1), found.signal.rightCols(1), std::move(found.report)};
-  }
-  Signal first = equation.correction(std::move(one), progress.step("solve", 0.5)).signal;
-  Filtered second = equation.correction(std::move(other), progress.step("solve", 0.5));
-  add(psi, first), add(psi, second.signal);
-  return {std::move(first), std::move(second.signal), std::move(second.report)};
-}
-
-}  // namespace
-
-Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
-                             std::span<const double> beta, const HaloLimit& limit, const Progress& progress,
-                             const std::function<void()>& space_is_done) {
+SolveInSteps::SolveInSteps(const SignalSpace& space, const Signal& psi, std::span<const double> beta,
+                           const HaloLimit* limit)
+    : limit_(limit && sharpens(beta) ? limit : nullptr) {
   std::vector<double> all(beta.begin(), beta.end());
-  if (all.size() == 1) all.assign(std::size_t(psi.rows()), beta.front());
-  std::vector<double> of_texture = all;
-  if (sharpens(beta)) all = limit.of_detail(all), of_texture = limit.of_texture(all);
-  const auto space_done = [&] {
-    if (space_is_done) space_is_done();
-  };
-  if (of_texture == all) {
-    Signal change = gradient_change(space, psi, all);
-    space_done();
-    return equation.solve_change(psi, change, progress);
+  if (all.size() == 1 && limit_) all.assign(std::size_t(psi.rows()), beta.front());
+  if (limit_) all = limit_->of_detail(all);
+  std::vector<double> of_texture = limit_ ? limit_->of_texture(all) : std::vector<double>();
+  if (!limit_ || of_texture == all) {
+    all_ = gradient_change(space, psi, all);
+    return;
   }
   for (std::vector<double>* change : {&all, &of_texture})
     for (double& b : *change) b -= 1;
-  Signal change = space.stiffness_times(psi, all), change_of_texture = space.stiffness_times(psi, of_texture);
-  space_done();
-  auto [by_all, by_texture, report] =
-      changed_twice(equation, psi, std::move(change), std::move(change_of_texture), progress);
+  all_ = space.stiffness_times(psi, all);
+  texture_ = space.stiffness_times(psi, of_texture);
+}
+
+/// A single channel wants no more time for both changes side by side; several want as much, and a fifth more memory than
+/// one after the other.
+SolveReport SolveInSteps::solve(const ScreenedPoisson& equation, const Progress& progress) {
+  const auto correct = [&](Signal& change, const Progress& of) {
+    Filtered found = equation.correction(std::exchange(change, {}), of);
+    change = std::move(found.signal);
+    return std::move(found.report);
+  };
+  if (texture_.size() == 0) return correct(all_, progress);
+  if (all_.cols() > 1) {
+    (void)correct(all_, progress.step("solve", 0.5));
+    return correct(texture_, progress.step("solve", 0.5));
+  }
+  Signal both(all_.rows(), 2);
+  both << all_, texture_;
+  SolveReport report = correct(both, progress);
+  all_ = both.leftCols(1), texture_ = both.rightCols(1);
+  return report;
+}
+
+Signal SolveInSteps::solution(const Signal& psi) && {
+  add(psi, all_);
+  if (texture_.size() == 0) return std::move(all_);
   parallel_for(psi.rows(), [&](std::int64_t i) {
     for (int c = 0; c < psi.cols(); ++c) {
-      const double was = psi(i, c);
-      by_all(i, c) = limit.sharpened(i, c, was, by_all(i, c) - was, by_texture(i, c) - was);
+      const double was = psi(i, c), of_texture = texture_(i, c) + was;
+      all_(i, c) = limit_->sharpened(i, c, was, all_(i, c) - was, of_texture - was);
     }
   });
-  return {std::move(by_all), std::move(report)};
+  return std::move(all_);
+}
+
+Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
+                             std::span<const double> beta, const HaloLimit& limit, const Progress& progress) {
+  SolveInSteps steps(space, psi, beta, &limit);
+  SolveReport report = steps.solve(equation, progress);
+  return {std::move(steps).solution(psi), std::move(report)};
 }
 
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,

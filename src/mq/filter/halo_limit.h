@@ -9,7 +9,6 @@
 /// with a base that keeps edges; to hold sharpened values to the least and the greatest around them is usual in
 /// video. Here neighbours are those of the space, across seams too.
 
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -48,9 +47,9 @@ bool sharpens(std::span<const double> beta);
 class HaloLimit {
  public:
   /// Throws `InvalidInput` where the signal does not fit or is not finite, a fraction or threshold is negative or not
-  /// finite, the contrast not positive, or the reach below 1. Costs the matrix for a moment, 3·reach passes over it,
-  /// and keeps two floats a value, up to eight at least of
-  /// more than one channel, and two doubles an unknown.
+  /// finite, the contrast not positive, or the reach below 1. Costs the matrix for a moment, 2·reach passes over
+  /// its couplings, and keeps two floats a value, up to eight at least of more than one channel, and two doubles an
+  /// unknown.
   HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOptions& options = {},
             const Progress& progress = {});
 
@@ -82,6 +81,21 @@ class HaloLimit {
   }
 
  private:
+  /// Which unknowns a matrix couples: row i to columns[starts[i]] … columns[starts[i + 1] − 1].
+  struct Couplings {
+    std::span<const int> starts, columns;
+  };
+  struct OwnCouplings;
+  HaloLimit(const OwnCouplings& own, const Signal& psi, const HaloOptions& options, const Progress& progress);
+  HaloLimit(const Couplings& A, const Signal& psi, const HaloOptions& options, const SharedUnknowns& shared,
+            const Progress& progress);
+  template <int width, class Combine>
+  static void for_all_rows(const Couplings& A, int floats, const std::vector<float>& from, std::vector<float>& to,
+                           const Combine& combine);
+  template <int width>
+  static void widen(const Couplings& A, int floats, std::vector<float>& values, std::vector<float>& room);
+  template <int width>
+  static void average(const Couplings& A, int floats, std::vector<float>& values, std::vector<float>& room);
   void fill_halo(const SharedUnknowns& shared);
   double low(std::int64_t unknown, int channel) const;
   double high(std::int64_t unknown, int channel) const;
@@ -98,11 +112,27 @@ class HaloLimit {
 /// φ that for β, of which the threshold takes what it takes first, it is limited(ψ + φ − φ_t) + φ_t − ψ. Where β is nowhere
 /// above 1, or the contrast of ψ nowhere above half of the given one and there is no threshold, it is φ, bit for bit.
 /// Where gradients are strong or none it leaves the range of ψ around it by less than the fraction. The mean is not kept.
-/// `space` is that of the equation, `limit` that of ψ; `space_is_done`, if there is one, is called where the space is not
-/// asked for any more, before anything is solved. Costs two solutions.
+/// `space` is that of the equation, `limit` that of ψ. Costs two solutions.
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
-                             std::span<const double> beta, const HaloLimit& limit, const Progress& progress = {},
-                             const std::function<void()>& space_is_done = {});
+                             std::span<const double> beta, const HaloLimit& limit, const Progress& progress = {});
+
+/// The same, and `equation.solve(psi, beta)` where there is no limit, in three steps that do not need the same things, so that
+/// each may have the memory of the others.
+class SolveInSteps {
+ public:
+  /// Takes what the change of gradients is from the space. The limit, if there is one, must outlive the object.
+  SolveInSteps(const SignalSpace& space, const Signal& psi, std::span<const double> beta, const HaloLimit* limit);
+
+  /// Needs the equation alone; once.
+  SolveReport solve(const ScreenedPoisson& equation, const Progress& progress = {});
+
+  /// The filtered signal; once.
+  Signal solution(const Signal& psi) &&;
+
+ private:
+  const HaloLimit* limit_;
+  Signal all_, texture_;  ///< what gradients change by, then what values do; of texture: empty where that is all
+};
 
 /// The same, with a limit of its own.
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,

@@ -91,6 +91,11 @@ struct TexelSpace::Data {
   std::vector<Weak> weak;  ///< unknowns that hardly any point of the surface shows
   Defects defects;
   bool integrated = true;  ///< whether `cells` has its integrals
+  struct RowPiece {
+    Texels::Place first;
+    int unknown;  ///< of the first
+  };
+  std::vector<RowPiece> packed_places;  ///< while texels are let go of: unknowns side by side in a picture; and one behind
 
   Data(const Surface& s, const Atlas& a) : surface(s), atlas(a), grid(a.textures) {}
 
@@ -121,6 +126,7 @@ struct TexelSpace::Data {
   void integrate(const TexelSpaceOptions& options, const Progress& progress);
   TexelCells cells_with_integrals(const Progress& progress) const;
   void require_integrals() const;
+  void require_places() const;
   void require_metrics() const;
   void add_soft_seams(double penalty);
   void number_texels();
