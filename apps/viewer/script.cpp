@@ -62,6 +62,11 @@ class Player {
   /// Until the model is there, or the question whether to lose something for it.
   void wait_for_loading() {
     while (viewer_.loading() && viewer_.question().empty()) {
+      if (session_.empty) {  // where what is there of it is shown
+        frame();
+        viewer_.pace();
+        continue;
+      }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       session_.run.progress().check();
       viewer_.take_loaded();
@@ -203,6 +208,7 @@ class Player {
       for (std::size_t i = 4; i + 1 < words.size(); i += 2) {
         point(words[1], words[i], words[i + 1]);
         frame();
+        viewer_.pace();
       }
     }
     input_.left = input_.right = false;
