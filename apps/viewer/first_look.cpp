@@ -17,7 +17,7 @@ namespace {
 
 constexpr int cubes_per_diagonal = 200;
 constexpr int few_triangles = 100'000;       // are shown as they are
-constexpr std::int64_t most_samples = 600'000;  // of the texture, for the colours
+constexpr std::int64_t most_samples = 200'000;  // of the texture, for the colours
 constexpr int picture_side = 1024;
 constexpr Colour clay = {0.8F, 0.79F, 0.765F};
 
@@ -171,7 +171,8 @@ std::unique_ptr<FirstLook> FirstLooks::operator()(const Model& model) {
   look->coloured = !few.colors.values.empty();
   if (!look->coloured) few.colors = {};
   if (has_picture(model, 0)) look->picture = few_texels(model.textures.front());
-  look->scene.surface = make_surface(few_, {WeldOptions::Kind::none});
+  if (surface_.mesh.triangles.empty()) surface_ = make_surface(few_, {WeldOptions::Kind::none});
+  look->scene.surface = surface_;
   look->drawn = std::make_unique<DrawnModel>(look->scene);
   return look;
 }

@@ -33,6 +33,7 @@ class FirstLooks {
 
   std::vector<int> joined_;  ///< per vertex of the model one of the look
   Mesh few_;
+  Surface surface_;  ///< of that
 };
 
 }  // namespace mq::view

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <future>
+#include <optional>
 #include <utility>
 
 #include "mq/base/error.h"
@@ -16,7 +18,7 @@ namespace mq::view {
 namespace {
 
 /// Texels that are uploaded between two pictures of the window: about 10 ms (docs/measurements/brush.md).
-constexpr std::int64_t texels_at_a_time = 1 << 20;
+constexpr std::int64_t texels_at_a_time = 1 << 22;
 
 }  // namespace
 
@@ -62,9 +64,23 @@ std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Termin
                                         int largest_side, const Progress& progress, const TakeLook& take_look,
                                         MissingPictures missing) {
   app::Run run(options, terminal, progress);
+  // The shape is looked at while pictures are read.
+  FirstLooks looks;
+  std::optional<Model> shape;
+  std::future<void> first;
   ModelWatch watch;
   if (take_look)
-    watch = [&, looks = FirstLooks()](const Model& model) mutable { take_look(looks(model)); };
+    watch = [&](const Model& model) {
+      if (!shape) {
+        shape.emplace();
+        shape->path = model.path, shape->mesh = model.mesh, shape->colors = model.colors;
+        first = std::async(std::launch::async, [&] { take_look(looks(*shape)); });
+      } else {
+        first.get();
+        take_look(looks(model));
+        shape->mesh = {};
+      }
+    };
   std::unique_ptr<LoadedModel> loaded;
   if (names_sequence(options.text("mesh"))) {
     loaded = load_frame(open_sequence(run), 0, largest_side, progress);

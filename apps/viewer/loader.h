@@ -83,6 +83,9 @@ class Loader {
   /// Once per frame: begins what is next. True where a model is there to be taken, its textures on
   /// the graphics card. Throws what loading threw, once.
   bool ready();
+  /// Whether all of it is there but for textures that are on their way to the graphics.
+  bool uploads() const { return loaded_ != nullptr; }
+
   /// A look at what is being loaded, from any thread, and the last of them, once.
   void give(std::unique_ptr<FirstLook> look);
   std::unique_ptr<FirstLook> look();

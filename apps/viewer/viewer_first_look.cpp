@@ -41,7 +41,7 @@ bool Viewer::has_something_to_show() {
 void Viewer::pace() {
   constexpr double others = 2, most = 0.06, slice = 0.004;  // times what a picture took; seconds; between two looks
   constexpr double refresh = 1.0 / 60;                      // of a common screen
-  if (!busy() || !display_.draws_on_cores()) return;
+  if (!busy() || loader_.uploads() || !display_.draws_on_cores()) return;
   const double pause = std::clamp(others * last_frame_, refresh - last_frame_, std::max(most, refresh));
   const Stopwatch watch;
   while (watch.seconds() < pause && !has_something_to_show()) display_.wait(std::min(slice, pause));
