@@ -372,8 +372,8 @@ class Player {
   ScriptedInput input_;
 };
 
-/// What the pictures of a line took: medians and the worst.
-void report_frames(Session& session, int line, std::size_t first) {
+/// What the pictures of a line took: medians and the worst. In how many textures had changed, and all of the line's time.
+void report_frames(Session& session, int line, std::size_t first, std::size_t first_upload, double seconds) {
   if (session.frames.size() == first) return;
   std::vector<double> program, graphics;
   for (std::size_t i = first; i < session.frames.size(); ++i) {
@@ -384,6 +384,8 @@ void report_frames(Session& session, int line, std::size_t first) {
   std::ranges::sort(graphics);
   session.run.result["frames"].push_back({{"line", line},
                                           {"count", program.size()},
+                                          {"changes", session.uploads.size() - first_upload},
+                                          {"seconds", seconds},
                                           {"program", program[program.size() / 2]},
                                           {"program_worst", program.back()},
                                           {"graphics", graphics[graphics.size() / 2]},
@@ -436,10 +438,11 @@ void Script::play(Viewer& viewer, Session& session) const {
   for (const ScriptLine& line : lines_) {
     if (line.words[0] == "quit" || viewer.closed()) return;
     last = line.number;
-    const std::size_t drawn = session.frames.size();
+    const std::size_t drawn = session.frames.size(), uploaded = session.uploads.size();
+    const Stopwatch watch;
     at_line([&] {
       player.play(line);
-      report_frames(session, line.number, drawn);
+      report_frames(session, line.number, drawn, uploaded, watch.seconds());
     });
   }
   at_line([&] {

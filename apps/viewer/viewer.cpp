@@ -199,6 +199,7 @@ void Viewer::layout() {
   } else {
     panel(scaled(panel_width), top);
     surface_pane();
+    if (dragging_ == Dragging::working) let_tool_work();  // on what the mouse did, while this is drawn
     if (session_.scene->atlas) atlas_pane();
   }
   show_refusal(width);
@@ -221,25 +222,27 @@ void Viewer::work() {
     if (std::exchange(is_first_, false)) first_failure_ = std::current_exception();
     show_error(error.what());
   }
-  bool failed = false;
-  if (tool_) {
-    try {
-      tool_->frame();
-    } catch (const Error& error) {
-      failed = true;
-      show_error(error.what());
-    }
-  }
+  let_tool_work();
   try {
     take_difference();
   } catch (const Error& error) {
     show_error(error.what());
   }
-  go_on_when_saved(failed);
+  go_on_when_saved(std::exchange(tool_failed_, false));
   if (std::exchange(model_to_close_, false)) tried(session_, [&] { close_model(); });
   take_chosen_files();
   if (const std::vector<std::string> files = display_.dropped(); !files.empty())
     tried(session_, [&] { drop(files); });
+}
+
+void Viewer::let_tool_work() {
+  if (!tool_) return;
+  try {
+    tool_->frame();
+  } catch (const Error& error) {
+    tool_failed_ = true;
+    show_error(error.what());
+  }
 }
 
 void Viewer::show_error(const std::string& text) {

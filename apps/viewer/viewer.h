@@ -178,6 +178,7 @@ class Viewer {
   void draw() const;
   void change_tool(const std::string& name);
   void work();
+  void let_tool_work();
   void show_error(const std::string& text);
   void status_line(float y, float width);
   float scaled(float pixels) const { return pixels * float(scale_); }
@@ -314,6 +315,7 @@ class Viewer {
   std::unique_ptr<ShownLook> look_;  ///< at what is being loaded
   bool turned_ = false;              ///< by hand, while a look was shown
   bool is_first_ = false;            ///< the model of the command line is being loaded
+  bool tool_failed_ = false;         ///< since what waits for it was told
   std::exception_ptr first_failure_;
   Stopwatch since_start_;            ///< of the program
   Loader loader_;
