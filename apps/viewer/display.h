@@ -44,6 +44,13 @@ class Display {
   virtual double scale() const { return 1; }
   /// Waits for something to happen, a moment at most.
   virtual void rest() {}
+  /// So many seconds at most.
+  virtual void wait(double seconds);
+  /// Whether there is no graphics card: what draws wants the same cores as all else.
+  bool draws_on_cores() const;
+
+ private:
+  mutable int on_cores_ = -1;  ///< 0 or 1 once it was asked for
 };
 
 /// Throws `Unsupported` with the remedy where there is no screen or no OpenGL 3.3.

@@ -217,6 +217,7 @@ class FilterTool : public Tool {
   std::vector<int> followed_;
   RowSet of_touches_;             ///< empty between calls
   std::int64_t unfinished_ = 0;   ///< unknowns that are solved for on while nothing new is wanted
+  Stopwatch since_followed_;  ///< the last change of the mask
   double weight_ = 0, gain_ = 0;
   std::deque<Save> saves_;     ///< guarded; the first is being written, or will be
   std::vector<Save> written_;  ///< guarded; masks, for the window's thread to take note of

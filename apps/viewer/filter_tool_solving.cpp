@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <thread>
 #include <utility>
 
 #include "filter_tool.h"
@@ -22,6 +24,9 @@ constexpr double seen = 0.5 / 255;
 
 /// Of solving for a change: what levels of another equation take, and where the last cycles begin.
 constexpr double making_levels = 0.4, last_cycles = 0.8;
+
+/// So many seconds a hand that moves takes from touch to touch, or less: what cycles left over waits for it to rest.
+constexpr double next_touch = 0.15;
 
 /// Cycles between two looks at a solution on its way.
 constexpr SettleOptions settling{.tolerance = 1e-6, .max_cycles = 2};
@@ -180,6 +185,11 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
   }
   if (!settled_ && brushing_) {  // the next touch comes soon
     if (unfinished_ == 0) return false;
+    if (since_followed_.seconds() < next_touch) {
+      progress.check();
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      return true;
+    }
     follow_on();
     show(Extent::followed);
     return true;
@@ -224,6 +234,7 @@ void FilterTool::follow(const Wanted& wanted) {
   show(small ? Extent::followed : Extent::all);
   timing.show = watch.seconds();
   timings_.push_back(timing);
+  since_followed_ = Stopwatch();
 }
 
 /// As far as a picture can wait for it.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <future>
+#include <optional>
 #include <utility>
 
 #include "mq/base/error.h"
@@ -16,7 +18,7 @@ namespace mq::view {
 namespace {
 
 /// Texels that are uploaded between two pictures of the window: about 10 ms (docs/measurements/brush.md).
-constexpr std::int64_t texels_at_a_time = 1 << 20;
+constexpr std::int64_t texels_at_a_time = 1 << 22;
 
 }  // namespace
 
@@ -27,7 +29,7 @@ LoadedModel::LoadedModel(TexturedModel read, int largest_side, const Progress& p
     if (has_pictures(*scene)) {
       before = std::make_unique<TextureSet>(scene->model.textures, largest_side);
       step.at(0.5);
-      after = std::make_unique<TextureSet>(scene->model.textures, largest_side);
+      after = std::make_unique<TextureSet>(*before);
     }
     step.at(1);
   }
@@ -59,13 +61,31 @@ void warn_of(app::Run& run, const TexturedModel& scene) {
 }
 
 std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Terminal& terminal,
-                                        int largest_side, const Progress& progress) {
+                                        int largest_side, const Progress& progress, const TakeLook& take_look,
+                                        MissingPictures missing) {
   app::Run run(options, terminal, progress);
+  // The shape is looked at while pictures are read.
+  FirstLooks looks;
+  std::optional<Model> shape;
+  std::future<void> first;
+  ModelWatch watch;
+  if (take_look)
+    watch = [&](const Model& model) {
+      if (!shape) {
+        shape.emplace();
+        shape->path = model.path, shape->mesh = model.mesh, shape->colors = model.colors;
+        first = std::async(std::launch::async, [&] { take_look(looks(*shape)); });
+      } else {
+        first.get();
+        take_look(looks(model));
+        shape->mesh = {};
+      }
+    };
   std::unique_ptr<LoadedModel> loaded;
   if (names_sequence(options.text("mesh"))) {
     loaded = load_frame(open_sequence(run), 0, largest_side, progress);
   } else {
-    TexturedModel scene = app::read_textured_model(run, MissingPictures::overlook, 0.7);
+    TexturedModel scene = app::read_textured_model(run, missing, 0.7, {}, ImageTriangles::two, {}, watch);
     loaded = std::make_unique<LoadedModel>(std::move(scene), largest_side,
                                            progress.step("prepare", 0.3));
   }
@@ -121,6 +141,16 @@ std::unique_ptr<LoadedModel> load_sample(const std::string& asked, OptionValues 
   return loaded;
 }
 
+void Loader::give(std::unique_ptr<FirstLook> look) {
+  const std::lock_guard lock(mutex_);
+  if (look) look_ = std::move(look);
+}
+
+std::unique_ptr<FirstLook> Loader::look() {
+  const std::lock_guard lock(mutex_);
+  return std::move(look_);
+}
+
 void Loader::ask(const std::string& name, Work work) { next_ = Asked{name, std::move(work)}; }
 
 void Loader::cancel() {
@@ -155,6 +185,7 @@ bool Loader::ready() {
   if (!next_) return false;
   name_ = next_->name;
   begun_ = true;
+  look();  // at what is not wanted any more
   background_.start(
       [this, work = std::move(next_->work)](const Progress& progress) { made_ = work(progress); });
   next_.reset();

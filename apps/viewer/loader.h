@@ -5,10 +5,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
 #include "background.h"
+#include "first_look.h"
 #include "mq/draw/scene.h"
 #include "pick.h"
 #include "sequence.h"
@@ -40,9 +42,13 @@ struct LoadedModel {
 std::unique_ptr<LoadedModel> load_frame(const std::shared_ptr<Sequence>& sequence, int frame,
                                         int largest_side, const Progress& progress);
 
-/// The model that options of the verb view name, or the first frame of a sequence.
+/// Takes looks at a model on its way, on the thread that reads it; none: nobody looks.
+using TakeLook = std::function<void(std::unique_ptr<FirstLook>)>;
+
+/// The model that options of the verb view name, or the first frame of a sequence, which nobody looks at before.
 std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Terminal& terminal,
-                                        int largest_side, const Progress& progress);
+                                        int largest_side, const Progress& progress, const TakeLook& take_look = {},
+                                        MissingPictures missing = MissingPictures::overlook);
 
 /// Where samples lie: in the person's cache.
 std::filesystem::path sample_folder();
@@ -77,6 +83,17 @@ class Loader {
   /// Once per frame: begins what is next. True where a model is there to be taken, its textures on
   /// the graphics card. Throws what loading threw, once.
   bool ready();
+  /// Whether all of it is there but for textures that are on their way to the graphics.
+  bool uploads() const { return loaded_ != nullptr; }
+
+  /// A look at what is being loaded, from any thread, and the last of them, once.
+  void give(std::unique_ptr<FirstLook> look);
+  std::unique_ptr<FirstLook> look();
+  bool has_look() const {
+    const std::lock_guard lock(mutex_);
+    return look_ != nullptr;
+  }
+
   /// The one that is ready.
   LoadedModel& peek() { return *loaded_; }
   std::unique_ptr<LoadedModel> take() { return std::move(loaded_); }
@@ -92,6 +109,8 @@ class Loader {
   bool unwanted_ = false;              ///< that work
   std::unique_ptr<LoadedModel> made_;  ///< by the work, for this thread once it ended
   std::unique_ptr<LoadedModel> loaded_;
+  mutable std::mutex mutex_;
+  std::unique_ptr<FirstLook> look_;  ///< guarded
   Background background_;  ///< last: it ends before what it works on
 };
 

@@ -8,6 +8,7 @@
 
 #include "shell/arguments.h"
 #include "mq/base/error.h"
+#include "mq/base/stopwatch.h"
 #include "mq/io/model.h"
 #include "shell/program.h"
 #include "options/model_options.h"
@@ -37,7 +38,11 @@ void attend(Viewer& viewer, Session& session, Display& display) {
     session.run.progress().check();
     viewer.frame();
     if (display.closing()) viewer.close();
-    if (!viewer.busy() && !session.playing) display.rest();
+    viewer.rethrow_first();
+    if (viewer.busy())
+      viewer.pace();
+    else if (!session.playing)
+      display.rest();
   }
 }
 
@@ -54,6 +59,7 @@ std::unique_ptr<LoadedModel> first_model(app::Run& run, std::shared_ptr<Sequence
 }
 
 app::Exit view(app::Run& run) {
+  const Stopwatch start;
   const OptionValues& options = run.options();
   std::optional<Script> script;
   if (options.given("script")) script.emplace(options.text("script"));
@@ -62,7 +68,9 @@ app::Exit view(app::Run& run) {
           "--in-window shows a script's session: give --script too");
   std::shared_ptr<Sequence> sequence;
   std::optional<TexturedModel> scene;
-  if (options.given("mesh")) {
+  // A person sees what there is of a model while it is read; scripts and pictures are of all of it.
+  const bool at_once = !alone && !run.dry_run() && options.given("mesh");
+  if (options.given("mesh") && !at_once) {
     if (names_sequence(options.text("mesh"))) sequence = open_sequence(run);
     scene = sequence ? sequence->scene(0, {})
                      : app::read_textured_model(run, MissingPictures::assume, 1);
@@ -86,8 +94,8 @@ app::Exit view(app::Run& run) {
   const Drawing drawing;
   Session session(run, first_model(run, std::move(sequence), std::move(scene)));
   Viewer viewer(session, *display, scale,
-                options.text("theme") == "light" ? Theme::light : Theme::dark);
-  if (!alone) viewer.remember_opened();
+                options.text("theme") == "light" ? Theme::light : Theme::dark, start);
+  if (at_once) viewer.open_first();
   if (script) {
     script->play(viewer, session);
   } else if (alone) {
@@ -103,6 +111,8 @@ app::Exit view(app::Run& run) {
   for (const Session::Upload& upload : session.uploads) {
     run.result["uploads"].push_back({{"texels", upload.texels}, {"seconds", upload.seconds}});
   }
+  const Session::FirstPictures& first = session.first_pictures;
+  run.result["first_pictures"] = {{"window", first.window}, {"shape", first.shape}, {"coarse", first.coarse}, {"all", first.all}};
   run.result["title"] = viewer.title();
   if (options.given("screenshot")) {
     viewer.screenshot(options.text("screenshot"));

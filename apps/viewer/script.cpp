@@ -62,6 +62,11 @@ class Player {
   /// Until the model is there, or the question whether to lose something for it.
   void wait_for_loading() {
     while (viewer_.loading() && viewer_.question().empty()) {
+      if (session_.empty) {  // where what is there of it is shown
+        frame();
+        viewer_.pace();
+        continue;
+      }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       session_.run.progress().check();
       viewer_.take_loaded();
@@ -203,6 +208,7 @@ class Player {
       for (std::size_t i = 4; i + 1 < words.size(); i += 2) {
         point(words[1], words[i], words[i + 1]);
         frame();
+        viewer_.pace();
       }
     }
     input_.left = input_.right = false;
@@ -366,8 +372,8 @@ class Player {
   ScriptedInput input_;
 };
 
-/// What the pictures of a line took: medians and the worst.
-void report_frames(Session& session, int line, std::size_t first) {
+/// What the pictures of a line took: medians and the worst. In how many textures had changed, and all of the line's time.
+void report_frames(Session& session, int line, std::size_t first, std::size_t first_upload, double seconds) {
   if (session.frames.size() == first) return;
   std::vector<double> program, graphics;
   for (std::size_t i = first; i < session.frames.size(); ++i) {
@@ -378,6 +384,8 @@ void report_frames(Session& session, int line, std::size_t first) {
   std::ranges::sort(graphics);
   session.run.result["frames"].push_back({{"line", line},
                                           {"count", program.size()},
+                                          {"changes", session.uploads.size() - first_upload},
+                                          {"seconds", seconds},
                                           {"program", program[program.size() / 2]},
                                           {"program_worst", program.back()},
                                           {"graphics", graphics[graphics.size() / 2]},
@@ -430,10 +438,11 @@ void Script::play(Viewer& viewer, Session& session) const {
   for (const ScriptLine& line : lines_) {
     if (line.words[0] == "quit" || viewer.closed()) return;
     last = line.number;
-    const std::size_t drawn = session.frames.size();
+    const std::size_t drawn = session.frames.size(), uploaded = session.uploads.size();
+    const Stopwatch watch;
     at_line([&] {
       player.play(line);
-      report_frames(session, line.number, drawn);
+      report_frames(session, line.number, drawn, uploaded, watch.seconds());
     });
   }
   at_line([&] {

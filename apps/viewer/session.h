@@ -77,6 +77,11 @@ struct Session {
     std::int64_t texels;
   };
   std::vector<Upload> uploads;
+  /// Seconds from when a model was asked for, for the window without one, until pictures were there; negative: none was.
+  /// `window`: since the program began, until the window was there.
+  struct FirstPictures {
+    double window = -1, shape = -1, coarse = -1, all = -1;
+  } first_pictures;
   /// A picture of the window, where a script asks: seconds of what the program does for it, and of
   /// what the graphics do, uploads among it.
   struct Frame {

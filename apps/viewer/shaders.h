@@ -3,13 +3,17 @@
 
 namespace mq::view::shaders {
 
+// Each is compiled for the branches that a picture takes (`PaneShaders`), which its first lines say as constants:
+// PAINT (Look::Paint), TEXTURED, LIT, WIRES, WIPES (before is on the left), LIGHT (textures hold light), TINTED, REPEATS (the
+// texture again outside it). A
+// renderer without a graphics card goes through all branches that are there.
+
 /// Values between texels as the texel spaces see them, and means where texels are smaller than
 /// pixels.
 inline constexpr const char* lookups = R"(
-uniform int repeats;   // 1: the texture again outside it
 vec4 texel(sampler2D picture, ivec2 at) {
   ivec2 size = textureSize(picture, 0);
-  if (repeats != 0) at = ((at % size) + size) % size;
+  if (REPEATS) at = ((at % size) + size) % size;
   return texelFetch(picture, clamp(at, ivec2(0), size - 1), 0);
 }
 vec4 between(sampler2D picture, vec2 at) {
@@ -21,9 +25,13 @@ vec4 between(sampler2D picture, vec2 at) {
 vec4 looked_up(sampler2D picture, vec2 at, vec2 right, vec2 down) {
   int n = clamp(int(ceil(max(length(right), length(down)))), 1, 4);
   vec4 sum = vec4(0);
-  for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i)
-      sum += between(picture, at + ((float(i) + 0.5) / n - 0.5) * right + ((float(j) + 0.5) / n - 0.5) * down);
+  // In place of a branch, both of whose sides that renderer goes through.
+  for (int i = 0; i < (n == 1 ? 1 : 0); ++i) sum = between(picture, at);
+  for (int j = 0; j < (n == 1 ? 0 : n); ++j)
+    for (int i = 0; i < n; ++i) {
+      vec2 part = (vec2(i, j) + 0.5) / n - 0.5;
+      sum += texel(picture, ivec2(floor(at + part.x * right + part.y * down + 0.5)));
+    }
   return sum / (n * n);
 }
 uniform sampler2D scale_colours;
@@ -43,10 +51,11 @@ uniform vec2 channels, light_values;  // of the textures before and after
 uniform int channel;
 uniform float exposure;
 uniform float wipe;  // pixels: before on the left of it; < 0: after alone
+bool is_before() { return WIPES && gl_FragCoord.x < wipe; }
 vec3 displayed(vec4 values) {
-  int side = gl_FragCoord.x < wipe ? 0 : 1;
+  int side = is_before() ? 0 : 1;
   vec3 rgb = channels[side] < 3 ? values.rrr : values.rgb;
-  if (light_values[side] == 0) return rgb;
+  if (!LIGHT || light_values[side] == 0) return rgb;
   rgb = max(rgb, 0) * exposure;
   return vec3(srgb(rgb.r), srgb(rgb.g), srgb(rgb.b));
 }
@@ -76,8 +85,6 @@ in vec4 painted, painted_before;
 centroid in vec2 place;
 uniform sampler2D before, after;
 uniform vec3 eye, up, key_light;
-uniform int paint;         // Look::Paint
-uniform int has_texture, lit;
 uniform float wires; // pixels
 uniform float chart_tint;
 out vec4 shown;
@@ -91,20 +98,21 @@ void main() {
   vec2 right = dFdx(place), down = dFdy(place);
   vec3 along_x = dFdx(at), along_y = dFdy(at);
   vec4 values = vec4(0);
-  bool textured = painted.a > 0.5 && has_texture != 0;
-  if (textured)
-    values = gl_FragCoord.x < wipe ? looked_up(before, place, right, down)
-                                   : looked_up(after, place, right, down);
+  bool textured = TEXTURED && painted.a > 0.5;
+  if (textured && (PAINT == 0 || PAINT == 5 || PAINT == 7 || PAINT == 8)) {
+    if (WIPES && is_before()) values = looked_up(before, place, right, down);
+    else values = looked_up(after, place, right, down);
+  }
   vec3 colour = clay;
   vec3 view = normalize(eye - at), normal = normalize(shading_normal);
   bool is_clay = true;
-  if (paint == 0 && textured) colour = displayed(values), is_clay = false;
-  if ((paint == 2 || paint == 3 || paint == 4) && painted.a > 0.5) colour = painted.rgb, is_clay = false;
-  if (paint == 5 && textured) colour = false_colour(values[channel]), is_clay = false;
-  if (paint == 6) colour = gl_FragCoord.x < wipe ? painted_before.rgb : painted.rgb, is_clay = false;
-  if (paint == 9) colour = painted.rgb, is_clay = false;
-  if (paint == 7 && textured) normal = normalize(values.rgb * 2 - 1);
-  if (paint == 8 && textured) {
+  if (PAINT == 0 && textured) colour = displayed(values), is_clay = false;
+  if ((PAINT == 2 || PAINT == 3 || PAINT == 4) && painted.a > 0.5) colour = painted.rgb, is_clay = false;
+  if (PAINT == 5 && textured) colour = false_colour(values[channel]), is_clay = false;
+  if (PAINT == 6) colour = is_before() ? painted_before.rgb : painted.rgb, is_clay = false;
+  if (PAINT == 9) colour = painted.rgb, is_clay = false;
+  if (PAINT == 7 && textured) normal = normalize(values.rgb * 2 - 1);
+  if (PAINT == 8 && textured) {
     // Axes along the texture's columns and against its rows, from how place changes on the screen.
     vec3 a = cross(along_y, normal), b = cross(normal, along_x);
     vec3 u = a * right.x + b * down.x, v = -(a * right.y + b * down.y);
@@ -112,10 +120,10 @@ void main() {
     vec3 n = values.rgb * 2 - 1;
     normal = normalize(n.x * u * size + n.y * v * size + n.z * normal);
   }
-  bool is_chart = paint == 0 || paint == 1 || paint == 5 || paint == 7 || paint == 8;
-  if (is_chart && painted.a > 0.5) colour = mix(colour, painted.rgb, chart_tint);
+  bool is_chart = PAINT == 0 || PAINT == 1 || PAINT == 5 || PAINT == 7 || PAINT == 8;
+  if (TINTED && is_chart && painted.a > 0.5) colour = mix(colour, painted.rgb, chart_tint);
   bool back = !gl_FrontFacing;
-  if (lit != 0) {
+  if (LIT) {
     if (dot(normal, view) < 0) normal -= 2 * dot(normal, view) * view;
     float key = max(0, dot(normal, key_light));
     float light = 0.22 + 0.10 * dot(normal, up) + 0.44 * dot(normal, view) + 0.36 * key;
@@ -124,7 +132,7 @@ void main() {
     float gloss = is_clay ? 0.06 * pow(max(0, dot(normalize(key_light + view), normal)), 40) : 0;
     for (int k = 0; k < 3; ++k) colour[k] = brightened(colour[k], light, power) + gloss;
   }
-  if (wires > 0) {
+  if (WIRES) {
     vec3 near = corner / max(fwidth(corner), vec3(1e-9));
     float line = clamp(0.5 * wires + 0.5 - min(near.x, min(near.y, near.z)), 0, 1);
     colour = mix(colour, vec3(0.05, 0.05, 0.07), 0.55 * line);
@@ -151,7 +159,6 @@ inline constexpr const char* atlas_fragment = R"(
 uniform sampler2D before, after;
 uniform vec2 corner, size;   // place of the pane's upper left, texels of the texture
 uniform float zoom, height;
-uniform int paint, has_texture;
 out vec4 shown;
 void main() {
   vec2 pixel = vec2(gl_FragCoord.x, height - gl_FragCoord.y);
@@ -160,16 +167,17 @@ void main() {
   vec2 inside = step(vec2(-0.5), place) * step(place, size - 0.5);
   if (inside.x * inside.y > 0) {
     colour = vec3(0.80, 0.79, 0.765);
-    if (has_texture != 0) {
+    if (TEXTURED) {
       int n = clamp(int(ceil(1 / zoom)), 1, 4);
       vec4 values = vec4(0);
       for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
           ivec2 at = ivec2(floor(place + ((vec2(i, j) + 0.5) / n - 0.5) / zoom + 0.5));
-          values += gl_FragCoord.x < wipe ? texel(before, at) : texel(after, at);
+          if (WIPES && is_before()) values += texel(before, at);
+          else values += texel(after, at);
         }
       values /= n * n;
-      if (paint == 5) colour = false_colour(values[channel]);
+      if (PAINT == 5) colour = false_colour(values[channel]);
       else colour = displayed(values);
     }
   }

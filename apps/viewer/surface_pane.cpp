@@ -1,8 +1,13 @@
 #include "surface_pane.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <compare>
+#include <map>
+#include <memory>
 #include <numeric>
 
 #include "mq/base/parallel.h"
@@ -14,10 +19,6 @@
 
 namespace mq::view {
 namespace {
-
-std::string with_lookups(const char* fragment) {
-  return std::string("#version 330 core\n") + shaders::lookups + fragment;
-}
 
 constexpr float tint = 0.4F;  // of charts, over what is shown
 
@@ -37,17 +38,47 @@ float high_of(std::vector<float> values) {
 
 const Eigen::Vector4f seam_colour(1.F, 0.45F, 0.05F, 1.F), end_colour(0.25F, 0.65F, 1.F, 1.F);
 
-/// The programs of both panes, compiled once.
-struct PaneShaders {
-  Shader surface{shaders::surface_vertex, with_lookups(shaders::surface_fragment)};
-  Shader atlas_picture{shaders::whole_vertex, with_lookups(shaders::atlas_fragment)};
+/// The branches that a picture takes in the shaders of textures.
+struct Branches {
+  Look::Paint paint;
+  bool textured, lit, wires, wipes, light, tinted, repeats;
+  auto operator<=>(const Branches&) const = default;
+
+  std::string fragment(const char* rest) const {
+    return fmt::format(
+                 "#version 330 core\n#define PAINT {}\n#define TEXTURED {}\n#define LIT {}\n#define WIRES {}\n"
+                       "#define WIPES {}\n#define LIGHT {}\n#define TINTED {}\n#define REPEATS {}\n",
+                       int(paint), textured, lit, wires, wipes, light, tinted, repeats) +
+           shaders::lookups + rest;
+  }
+};
+
+/// The programs of both panes, each compiled once.
+class PaneShaders {
+ public:
   Shader atlas_tint{shaders::tint_vertex, shaders::tint_fragment};
   Shader plain{shaders::whole_vertex, shaders::backdrop_fragment};
+
+  const Shader& surface(const Branches& branches) {
+    return compiled(surfaces_, branches, shaders::surface_vertex, shaders::surface_fragment);
+  }
+  const Shader& atlas(const Branches& branches) {
+    return compiled(atlases_, branches, shaders::whole_vertex, shaders::atlas_fragment);
+  }
+
+ private:
+  using Compiled = std::map<Branches, std::unique_ptr<const Shader>>;
+  static const Shader& compiled(Compiled& all, const Branches& branches, const char* vertex, const char* fragment) {
+    std::unique_ptr<const Shader>& shader = all[branches];
+    if (!shader) shader = std::make_unique<const Shader>(vertex, branches.fragment(fragment));
+    return *shader;
+  }
+  Compiled surfaces_, atlases_;
 };
 
 /// Of the one context there is, whose end is theirs.
-const PaneShaders& pane_shaders() {
-  static thread_local const PaneShaders* shaders = new PaneShaders();
+PaneShaders& pane_shaders() {
+  static thread_local PaneShaders* shaders = new PaneShaders();
   return *shaders;
 }
 
@@ -260,13 +291,36 @@ void ModelPictures::draw_backdrop(int width, int height) {
 
 namespace {
 
-/// What both panes say of textures and numbers.
-void set_values(const Shader& shader, const ModelPictures::Shown& shown, int texture,
-                const TexturedModel& scene, const Picture& none, const Picture& scale) {
+struct BothTextures {
+  const TextureSet *before, *after;  ///< null: there are none
+};
+
+/// What is shown of a texture of the model.
+BothTextures textures_of(const ModelPictures::Shown& shown, int texture) {
   const TextureSet* const before = shown.before != nullptr ? shown.before : shown.after;
   const TextureSet* const after = shown.after != nullptr ? shown.after : shown.before;
-  const bool there =
-      before != nullptr && texture >= 0 && texture < std::min(before->size(), after->size());
+  if (before == nullptr || texture < 0 || texture >= std::min(before->size(), after->size())) return {};
+  return {before, after};
+}
+
+Branches branches_of(const ModelPictures::Shown& shown, int texture, const TexturedModel& scene) {
+  const BothTextures both = textures_of(shown, texture);
+  const bool there = both.before != nullptr;
+  return {.paint = shown.look.paint,
+          .textured = there,
+          .lit = shown.look.lit,
+          .wires = shown.look.wires,
+          .wipes = shown.look.wipe >= 0,
+          .light = there && (both.before->holds_light(texture) || both.after->holds_light(texture)),
+          .tinted = shown.look.chart_tint,
+          .repeats = scene.atlas && there && scene.atlas->textures[std::size_t(texture)].wrap == Wrap::repeat};
+}
+
+/// What both panes say of textures and numbers.
+void set_values(const Shader& shader, const ModelPictures::Shown& shown, int texture,
+                const Picture& none, const Picture& scale) {
+  const auto [before, after] = textures_of(shown, texture);
+  const bool there = before != nullptr;
   (there ? before->picture(texture) : none).bind(0);
   (there ? after->picture(texture) : none).bind(1);
   scale.bind(2);
@@ -275,7 +329,6 @@ void set_values(const Shader& shader, const ModelPictures::Shown& shown, int tex
   shader.set("scale_colours", 2);
   shader.set("scale_range", Eigen::Vector2f(float(shown.scale.low), float(shown.scale.high)));
   shader.set("isolines", shown.scale.isolines);
-  shader.set("has_texture", int(there));
   const auto both = [&](const auto& value) {
     return there ? Eigen::Vector2f(float(value(*before)), float(value(*after)))
                  : Eigen::Vector2f(0, 0);
@@ -284,10 +337,19 @@ void set_values(const Shader& shader, const ModelPictures::Shown& shown, int tex
   shader.set("light_values", both([&](const TextureSet& set) { return set.holds_light(texture); }));
   shader.set("channel", std::min(shown.look.channel, 3));
   shader.set("exposure", float(std::exp2(shown.look.exposure)));
-  const bool repeats =
-      scene.atlas && there && scene.atlas->textures[std::size_t(texture)].wrap == Wrap::repeat;
-  shader.set("paint", int(shown.look.paint));
-  shader.set("repeats", int(repeats));
+}
+
+/// What holds of the surface, whatever its textures are.
+void set_view(const Shader& shader, const Eigen::Matrix4f& clip, const Turntable& camera, const Vector3& middle,
+              const Look& look, int width) {
+  shader.set("clip", clip);
+  shader.set("chart_tint", look.chart_tint ? tint : 0.F);
+  shader.set("eye", Eigen::Vector3f((camera.eye() - middle).cast<float>()));
+  shader.set("up", Eigen::Vector3f(camera.up().cast<float>()));
+  const Vector3 key = -0.5 * camera.right() + 0.65 * camera.up() + 0.57 * camera.backward();
+  shader.set("key_light", Eigen::Vector3f(key.normalized().cast<float>()));
+  shader.set("wires", look.wires ? 1.F : 0.F);
+  shader.set("wipe", look.wipe < 0 ? -1.F : float(look.wipe * width));
 }
 
 }  // namespace
@@ -303,18 +365,11 @@ void ModelPictures::draw_surface(const Turntable& camera, const Shown& shown,
   draw_backdrop(width, height);
   glEnable(GL_DEPTH_TEST);
   const Eigen::Matrix4f clip = camera.clip(model_.middle, model_.radius);
-  pane_shaders().surface.use();
-  pane_shaders().surface.set("clip", clip);
-  pane_shaders().surface.set("chart_tint", shown.look.chart_tint ? tint : 0.F);
-  pane_shaders().surface.set("eye", Eigen::Vector3f((camera.eye() - model_.middle).cast<float>()));
-  pane_shaders().surface.set("up", Eigen::Vector3f(camera.up().cast<float>()));
-  const Vector3 key = -0.5 * camera.right() + 0.65 * camera.up() + 0.57 * camera.backward();
-  pane_shaders().surface.set("key_light", Eigen::Vector3f(key.normalized().cast<float>()));
-  pane_shaders().surface.set("lit", int(shown.look.lit));
-  pane_shaders().surface.set("wires", shown.look.wires ? 1.F : 0.F);
-  pane_shaders().surface.set("wipe", shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
   for (const DrawnModel::Group& group : model_.groups) {
-    set_values(pane_shaders().surface, shown, group.texture, scene_, none_, colours_of_scale_);
+    const Shader& shader = pane_shaders().surface(branches_of(shown, group.texture, scene_));
+    shader.use();
+    set_view(shader, clip, camera, model_.middle, shown.look, width);
+    set_values(shader, shown, group.texture, none_, colours_of_scale_);
     triangles_.bind();
     glDrawArrays(GL_TRIANGLES, group.first, group.count);
   }
@@ -342,14 +397,14 @@ void ModelPictures::draw_atlas(const AtlasView& view, const Shown& shown, const 
   }
   const TextureSize& size = scene_.atlas->textures[std::size_t(view.texture)];
   const Eigen::Vector2f corner{float(view.column), float(view.row)};
-  pane_shaders().atlas_picture.use();
-  set_values(pane_shaders().atlas_picture, shown, view.texture, scene_, none_, colours_of_scale_);
-  pane_shaders().atlas_picture.set("corner", corner);
-  pane_shaders().atlas_picture.set("size", Eigen::Vector2f(float(size.width), float(size.height)));
-  pane_shaders().atlas_picture.set("zoom", float(view.zoom));
-  pane_shaders().atlas_picture.set("height", height);
-  pane_shaders().atlas_picture.set("wipe",
-                                   shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
+  const Shader& shader = pane_shaders().atlas(branches_of(shown, view.texture, scene_));
+  shader.use();
+  set_values(shader, shown, view.texture, none_, colours_of_scale_);
+  shader.set("corner", corner);
+  shader.set("size", Eigen::Vector2f(float(size.width), float(size.height)));
+  shader.set("zoom", float(view.zoom));
+  shader.set("height", height);
+  shader.set("wipe", shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
   nothing_.bind();
   glDrawArrays(GL_TRIANGLES, 0, 3);
 

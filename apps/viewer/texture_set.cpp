@@ -38,6 +38,22 @@ TextureSet::TextureSet(const std::vector<Texture>& textures, int largest) {
   }
 }
 
+TextureSet::Held::Held(const Held& other)
+    : width(other.width),
+      height(other.height),
+      channels(other.channels),
+      light(other.light),
+      bytes(other.bytes),
+      small(other.small),
+      large(other.large),
+      changed(other.changed.size(), 1),
+      unranged(other.changed.size(), 1),
+      ranges(other.ranges.size()) {}
+
+TextureSet::TextureSet(const TextureSet& other) {
+  for (const auto& held : other.textures_) textures_.push_back(std::make_unique<Held>(*held));
+}
+
 void TextureSet::show(int i, const Image<float>& pixels) {
   Held& held = *textures_[std::size_t(i)];
   require(pixels.width() == held.width && pixels.height() == held.height &&
@@ -118,6 +134,7 @@ std::array<float, 2> TextureSet::range(int channel) const {
 }
 
 std::int64_t TextureSet::upload(std::int64_t most) {
+  changed_ = false;
   std::int64_t texels = 0;
   for (const auto& held : textures_) {
     if (!held->picture) {

@@ -32,6 +32,9 @@ class TextureSet {
   /// Sizes, channels and depths of these, and their values; on any thread. Throws `Unsupported` where
   /// one has more texels a side than `largest`.
   TextureSet(const std::vector<Texture>& textures, int largest);
+  /// The same values, of which nothing was uploaded yet.
+  explicit TextureSet(const TextureSet& other);
+  TextureSet& operator=(const TextureSet&) = delete;
 
   int size() const { return int(textures_.size()); }
   int width(int i) const { return textures_[std::size_t(i)]->width; }
@@ -50,6 +53,7 @@ class TextureSet {
   void change(const Texels& texels, const Value& value) {
     parallel_for(texels.size(),
                  [&](std::int64_t k) { change_texel(texels.places[std::size_t(k)], k, value); });
+    changed_ = true;
   }
   template <class Value>
   void change(const Texels& texels, std::span<const int> some, const Value& value) {
@@ -57,6 +61,7 @@ class TextureSet {
       const int k = some[std::size_t(i)];
       change_texel(texels.places[std::size_t(k)], k, value);
     });
+    changed_ = true;
   }
 
   /// All values of a texture, of four channels at most, as they would be stored.
@@ -71,6 +76,8 @@ class TextureSet {
 
   /// Sends what changed to the graphics card, about so many texels at most. Returns how many.
   std::int64_t upload(std::int64_t most = std::numeric_limits<std::int64_t>::max());
+  /// Whether values were put since they were uploaded; any thread may ask.
+  bool has_changed() const { return changed_; }
   /// Once something was uploaded.
   const Picture& picture(int i) const { return *textures_[std::size_t(i)]->picture; }
 
@@ -78,6 +85,9 @@ class TextureSet {
   static constexpr int tile = 128;  ///< texels a side
 
   struct Held {
+    Held() = default;
+    explicit Held(const Held& other);
+
     int width = 0, height = 0, channels = 0;
     bool light = false;
     bool bytes = true;  ///< 8 bits a value
@@ -94,8 +104,10 @@ class TextureSet {
     int columns() const { return (width + tile - 1) / tile; }
     void mark(int x, int y) {
       const std::size_t at = std::size_t(y / tile) * columns() + x / tile;
-      std::atomic_ref(changed[at]).store(1, std::memory_order_relaxed);
-      std::atomic_ref(unranged[at]).store(1, std::memory_order_relaxed);
+      // Written where it says something new: threads that write beside each other wait for one another.
+      for (auto* const flags : {&changed, &unranged})
+        if (std::atomic_ref flag((*flags)[at]); flag.load(std::memory_order_relaxed) == 0)
+          flag.store(1, std::memory_order_relaxed);
     }
     Range range_of(int tile_number) const;
     /// Whether the value is another now.
@@ -120,6 +132,7 @@ class TextureSet {
 
   std::vector<std::unique_ptr<Held>> textures_;
   mutable std::mutex mutex_;
+  std::atomic<bool> changed_ = false;
 };
 
 }  // namespace mq::view

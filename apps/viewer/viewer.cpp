@@ -22,8 +22,8 @@ constexpr float panel_width = 300, status_height = 24;
 
 }  // namespace
 
-Viewer::Viewer(Session& session, Display& display, double scale, Theme theme)
-    : session_(session), display_(display), scale_(scale), tour_(session) {
+Viewer::Viewer(Session& session, Display& display, double scale, Theme theme, const Stopwatch& start)
+    : session_(session), display_(display), asked_to_open_(start), scale_(scale), since_start_(start), tour_(session) {
   set_theme(theme);
   if (session.sequence) task_ = Task::play;
   recent_ = recent_files();
@@ -141,6 +141,8 @@ void Viewer::frame(const ScriptedInput* scripted) {
     draw();
     display_.end_frame();
   });
+  note_first_pictures();
+  last_frame_ = watch.seconds();
   if (scripted_) session_.frames.push_back({watch.seconds() - drawing_, drawing_});
   if (std::exchange(screenshot_asked_, false))
     tried(session_, [&] {
@@ -168,15 +170,16 @@ void Viewer::draw() const {
 
 void Viewer::place_panes() {
   const auto width = float(display_.width()), height = float(display_.height());
-  const float panel = session_.empty ? 0 : scaled(panel_width);
+  const float panel = session_.empty && !look_ ? 0 : scaled(panel_width);
   const float free = width - panel, top = height - scaled(status_height);
-  const bool with_atlas = session_.scene->atlas.has_value();
+  const bool with_atlas = look_ ? look_->look->has_uvs : session_.scene->atlas.has_value();
   const int left = int(panel), split = with_atlas ? int(panel + 0.6F * free) : int(width);
   surface_at_ = {left, 0, std::max(1, split - left - (with_atlas ? 2 : 0)), std::max(1, int(top))};
   atlas_at_ = {split, 0, std::max(1, int(width) - split), std::max(1, int(top))};
 }
 
 void Viewer::layout() {
+  const bool looks = looks_at_loading();
   place_panes();
   if (!opened_ && !session_.empty) {
     home();
@@ -189,11 +192,14 @@ void Viewer::layout() {
     if (set != nullptr) with_graphics([&] { upload(*set); });
   const auto width = float(display_.width()),
              top = float(display_.height()) - scaled(status_height);
-  if (session_.empty) {
+  if (looks && session_.empty) {
+    look_pane(top);
+  } else if (session_.empty) {
     start_pane(width, top);
   } else {
     panel(scaled(panel_width), top);
     surface_pane();
+    if (dragging_ == Dragging::working) let_tool_work();  // on what the mouse did, while this is drawn
     if (session_.scene->atlas) atlas_pane();
   }
   show_refusal(width);
@@ -213,27 +219,30 @@ void Viewer::work() {
     take_loaded();
   } catch (const Error& error) {
     session_.playing = false;
+    if (std::exchange(is_first_, false)) first_failure_ = std::current_exception();
     show_error(error.what());
   }
-  bool failed = false;
-  if (tool_) {
-    try {
-      tool_->frame();
-    } catch (const Error& error) {
-      failed = true;
-      show_error(error.what());
-    }
-  }
+  let_tool_work();
   try {
     take_difference();
   } catch (const Error& error) {
     show_error(error.what());
   }
-  go_on_when_saved(failed);
+  go_on_when_saved(std::exchange(tool_failed_, false));
   if (std::exchange(model_to_close_, false)) tried(session_, [&] { close_model(); });
   take_chosen_files();
   if (const std::vector<std::string> files = display_.dropped(); !files.empty())
     tried(session_, [&] { drop(files); });
+}
+
+void Viewer::let_tool_work() {
+  if (!tool_) return;
+  try {
+    tool_->frame();
+  } catch (const Error& error) {
+    tool_failed_ = true;
+    show_error(error.what());
+  }
 }
 
 void Viewer::show_error(const std::string& text) {

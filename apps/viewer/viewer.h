@@ -2,6 +2,7 @@
 /// The window: a panel with what can be set, the surface, the texture, and a line about what is
 /// under the mouse.
 
+#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -34,8 +35,9 @@ enum class Pane { surface, atlas };
 
 class Viewer {
  public:
-  /// ImGui has a context, with sizes for `scale`, and the display's OpenGL context is current.
-  Viewer(Session& session, Display& display, double scale, Theme theme);
+  /// ImGui has a context, with sizes for `scale`, and the display's OpenGL context is current. `start` is when the
+  /// program was begun.
+  Viewer(Session& session, Display& display, double scale, Theme theme, const Stopwatch& start);
   ~Viewer();
 
   /// Takes input, lets the tool work, draws everything.
@@ -73,6 +75,11 @@ class Viewer {
   /// No model is open then, and the window offers to open one. Asks first where something is not saved.
   void close_model();
 
+  /// The same of the model of the command line, while the window is empty. What keeps it from being shown is thrown by
+  /// `rethrow_first`, as there is nothing to show then.
+  void open_first();
+  void rethrow_first();
+
   /// What files do that are dropped on the window: cameras and photographs are for the tool in hand that asks for
   /// them, all else is opened.
   void drop(const std::vector<std::string>& files);
@@ -92,6 +99,10 @@ class Viewer {
   void take_loaded();
   bool loading() const { return loader_.busy(); }
   void cancel_loading();
+
+  /// Between two pictures while something goes on: a renderer that draws on the processor's cores leaves two thirds of
+  /// them to it, until it has something to show.
+  void pace();
 
   /// Whether something goes on that the next frame should show.
   bool busy() const { return loader_.busy() || tour_.busy() || (tool_ && tool_->busy()); }
@@ -167,6 +178,7 @@ class Viewer {
   void draw() const;
   void change_tool(const std::string& name);
   void work();
+  void let_tool_work();
   void show_error(const std::string& text);
   void status_line(float y, float width);
   float scaled(float pixels) const { return pixels * float(scale_); }
@@ -192,6 +204,14 @@ class Viewer {
   void path_question();
   void take_path();
   void show_refusal(float width);
+
+  // viewer_first_look.cpp
+  bool has_something_to_show();
+  bool looks_at_loading();
+  void look_pane(float height);
+  void look_surface();
+  void look_texture();
+  void note_first_pictures();
 
   // viewer_panel.cpp
   void panel(float width, float height);
@@ -253,6 +273,7 @@ class Viewer {
   Stopwatch asked_to_open_;                                ///< since a model was asked for
   Stopwatch played_;                                       ///< since the last frame that was played
   double drawing_ = 0;                                     ///< seconds, of this frame
+  double last_frame_ = 0;                                  ///< seconds, in all
   int uploads_ = 0;                                        ///< how often textures changed
   Rectangle surface_at_, atlas_at_;
   Pick pick_;
@@ -283,6 +304,20 @@ class Viewer {
   bool wipe_awaited_ = false;    ///< until there is something to compare
   void wipe_for_task();
   std::string error_;
+  /// A look as the graphics have it.
+  struct ShownLook {
+    std::unique_ptr<FirstLook> look;
+    ModelPictures pictures;
+    Picture picture = {};
+
+    explicit ShownLook(std::unique_ptr<FirstLook> one) : look(std::move(one)), pictures(look->scene, std::move(*look->drawn)) {}
+  };
+  std::unique_ptr<ShownLook> look_;  ///< at what is being loaded
+  bool turned_ = false;              ///< by hand, while a look was shown
+  bool is_first_ = false;            ///< the model of the command line is being loaded
+  bool tool_failed_ = false;         ///< since what waits for it was told
+  std::exception_ptr first_failure_;
+  Stopwatch since_start_;            ///< of the program
   Loader loader_;
   DifferenceTour tour_;
   int asked_frame_ = -1;  ///< of the sequence, that is being loaded

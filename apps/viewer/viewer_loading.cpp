@@ -55,10 +55,28 @@ void Viewer::open(const std::vector<std::string>& files) {
   session_.playing = false;
   asked_to_open_ = Stopwatch();
   cancel_loading();
-  loader_.ask(files.front(), [options, &terminal = session_.run.terminal(),
+  TakeLook take_look;
+  if (session_.empty) take_look = [this](std::unique_ptr<FirstLook> look) { loader_.give(std::move(look)); };
+  loader_.ask(files.front(), [options, take_look, &terminal = session_.run.terminal(),
                               largest = TextureSet::largest_side()](const Progress& progress) {
-    return load_files(options, terminal, largest, progress);
+    return load_files(options, terminal, largest, progress, take_look);
   });
+}
+
+void Viewer::open_first() {
+  const OptionValues options = session_.run.options();
+  for (const char* name : {"mesh", "texture"}) session_.opened.reset(name);
+  is_first_ = true;
+  loader_.ask(options.text("mesh"), [this, options, &terminal = session_.run.terminal(),
+                                     largest = TextureSet::largest_side()](const Progress& progress) {
+    return load_files(
+        options, terminal, largest, progress, [this](std::unique_ptr<FirstLook> look) { loader_.give(std::move(look)); },
+        MissingPictures::assume);
+  });
+}
+
+void Viewer::rethrow_first() {
+  if (first_failure_) std::rethrow_exception(first_failure_);
 }
 
 void Viewer::open_sample(const std::string& name) {
@@ -75,6 +93,7 @@ void Viewer::open_sample(const std::string& name) {
 void Viewer::cancel_loading() {
   loader_.cancel();
   keeping_.reset();
+  is_first_ = false;
 }
 
 void Viewer::take_loaded() {
@@ -98,7 +117,8 @@ void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
   const bool other = loaded->opened.has_value();
   if (other) app::will_read_model(session_.run, loaded->scene->model);
   const bool other_mesh =
-      other && loaded->opened->texts("mesh") != session_.opened.texts("mesh");
+      other && (session_.empty || loaded->opened->texts("mesh") != session_.opened.texts("mesh"));
+  const bool turned = std::exchange(look_, nullptr) != nullptr && turned_;
   const std::string cameras = loaded->cameras.string();
   change_tool("none");
   tour_.stop();
@@ -111,13 +131,14 @@ void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
   std::erase_if(session_.news, [&](const Session::News& one) { return one.since.seconds() > before; });
   picture_name_ = session_.free_file("view.png");
   app::describe_input(session_.run, *session_.scene);
+  if (std::exchange(is_first_, false)) session_.run.found(session_.scene->defects());
   opened_ = true;
   if (other_mesh && session_.sequence) task_ = Task::play;
   if (task_ == Task::play && !session_.sequence) task_ = Task::look;
   if (!scripted_) remember_opened();
   session_.say("opened " + session_.scene->model.path.string());
   place_panes();
-  if (other_mesh) home();
+  if (other_mesh && !turned) home();
   home_atlas();
   if (cameras.empty()) return;
   session_.photographs[{"texture", "cameras"}] = {cameras};

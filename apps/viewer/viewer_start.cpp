@@ -60,12 +60,13 @@ void Viewer::start_pane(float width, float height) {
   view::title("marquetry");
   remark("Look at textured models, compare and correct their textures.");
   ImGui::Dummy({0, scaled(10)});
-  if (loader_.busy())
+  if (loader_.busy()) {
     loading_controls();
-  else
+  } else {
     open_controls();
-  sample_controls();
-  recent_controls();
+    sample_controls();
+    recent_controls();
+  }
   ImGui::Dummy({0, scaled(14)});
   if (ImGui::SmallButton("keys: ?")) keys_shown_ = true;
   ImGui::SameLine();
@@ -88,7 +89,6 @@ void Viewer::open_controls() {
 
 void Viewer::sample_controls() {
   heading("samples to try");
-  ImGui::BeginDisabled(loader_.busy());
   for (const SampleWords& sample : samples) {
     if (ImGui::Button(sample.label, {scaled(100), 0}))
       tried(session_, [&] { open_sample(sample.name); });
@@ -96,13 +96,11 @@ void Viewer::sample_controls() {
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted(sample.help);
   }
-  ImGui::EndDisabled();
 }
 
 void Viewer::recent_controls() {
   if (recent_.empty()) return;
   heading("opened before");
-  ImGui::BeginDisabled(loader_.busy());
   const std::vector<std::string> files = recent_;
   for (const std::string& file : files) {
     const fs::path path(file);
@@ -113,7 +111,6 @@ void Viewer::recent_controls() {
     ImGui::TextDisabled("%s", path.parent_path().string().c_str());
     ImGui::PopID();
   }
-  ImGui::EndDisabled();
 }
 
 /// By the desktop's dialog, or where there is none by a box in the window, which begins where files of the kind were

@@ -2,11 +2,13 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <chrono>
 #include <deque>
 #include <functional>
 #include <limits>
 #include <set>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 #include <epoxy/gl.h>
@@ -96,6 +98,7 @@ class Window : public Display {
     glfwGetWindowContentScale(window_, &across, &down);
     return double(across);
   }
+  void wait(double seconds) override { glfwWaitEventsTimeout(seconds); }
   void rest() override {
     if (events_.empty()) glfwWaitEventsTimeout(0.25);
   }
@@ -248,6 +251,18 @@ class Window : public Display {
 };
 
 }  // namespace
+
+void Display::wait(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
+
+/// By the names that Mesa's renderers on processors have.
+bool Display::draws_on_cores() const {
+  if (on_cores_ >= 0) return on_cores_ != 0;
+  const auto* const name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const std::string_view renderer = name == nullptr ? "" : name;
+  const auto is = [&](std::string_view word) { return renderer.find(word) != renderer.npos; };
+  on_cores_ = int(is("llvmpipe") || is("softpipe") || is("SWR"));
+  return on_cores_ != 0;
+}
 
 std::unique_ptr<Display> open_window(int width, int height, const std::string& title) {
   return std::make_unique<Window>(width, height, title);

@@ -10,6 +10,7 @@
 #include "io/folder.h"
 #include "io/models.h"
 #include "mq/io/image_file.h"
+#include "mq/io/model_watch.h"
 
 namespace mq {
 namespace {
@@ -53,6 +54,21 @@ void expect_same(const Model& a, const Model& b) {
   }
   EXPECT_EQ(a.colors.channels, b.colors.channels);
   EXPECT_EQ(a.colors.values, b.colors.values);
+}
+
+TEST_F(ModelFile, IsSeenAsItsShapeAndThenWithItsPictures) {
+  put_picture("skin.png");
+  put("a.mtl", "newmtl skin\nmap_Kd skin.png\n");
+  put("a.obj", "mtllib a.mtl\nusemtl skin\n" + triangle + face);
+  std::vector<int> triangles, widths;
+  const Model read = read_model(folder / "a.obj", {}, {}, [&](const Model& model) {
+    triangles.push_back(model.mesh.triangle_count());
+    widths.push_back(model.textures.empty() ? 0 : model.textures[0].pixels.width());
+  });
+  EXPECT_THAT(triangles, ElementsAre(1, 1));
+  EXPECT_THAT(widths, ElementsAre(0, 4));
+  expect_same(read, read_model(folder / "a.obj"));
+  EXPECT_THROW(read_model(folder / "a.obj", {}, {}, [](const Model&) { throw Cancelled(); }), Cancelled);
 }
 
 // ---- Models made in memory, and conversions ----

@@ -162,6 +162,24 @@ Document document_of(const std::string& obj, const std::string& mtl) {
   return document;
 }
 
+TEST(Obj, NamesItsLibrariesAsAllOfItIsRead) {
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    const std::string text = "\xef\xbb\xbfmtllib first.mtl" + end + "# mtllib of a remark" + end + " \tmtllib\ta b.mtl  " +
+                             end + "mtllibs none.mtl" + end + "o mtllib" + end + "mtllib" + end + "# goes on \\" + end +
+                             "mtllib after.mtl" + end + "\\" + end + "mtllib alone.mtl" + end + four + "f 1 2 3" + end +
+                             "mtllib last.mtl";
+    const ObjFile file = parse(text);
+    const std::vector<ObjFile::Library> libraries = obj_libraries(bytes_of(text));
+    ASSERT_EQ(file.libraries.size(), 5U);
+    ASSERT_EQ(libraries.size(), file.libraries.size());
+    for (std::size_t i = 0; i < libraries.size(); ++i) {
+      EXPECT_EQ(libraries[i].names, file.libraries[i].names);
+      EXPECT_EQ(libraries[i].place.begin, file.libraries[i].place.begin);
+      EXPECT_EQ(libraries[i].place.end, file.libraries[i].place.end);
+    }
+  }
+}
+
 TEST(Obj, GivesMaterialsOfOnePictureOneTexture) {
   const MeshFile file = read_obj(document_of(
       "mtllib a.mtl\n" + four +

@@ -56,5 +56,16 @@ TEST(Hands, OpenAModelPaintOnItAndSaveIt) {
               testing::MatchesRegex("/[^\n]*/other.obj\n/[^\n]*/sphere.obj\n"));
 }
 
+/// A window that has nothing to show ends, and says why where it was called.
+TEST(Hands, AreToldWhyAModelCannotBeRead) {
+  if (!there_is("xvfb-run")) GTEST_SKIP() << "there is no xvfb-run";
+  const Folder folder;
+  write_bytes(folder / "cut.obj", "v 0 0 0\nv 1 0 0\nf 1 2 3\n");
+  const std::string command = "cd '" + folder.path().string() + "' && xvfb-run -a '" + places::program().string() +
+                              "' view cut.obj 2> said.txt";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
+  EXPECT_THAT(file_bytes(folder / "said.txt"), testing::HasSubstr("cut.obj, line 3: a face uses vertex 3"));
+}
+
 }  // namespace
 }  // namespace mq::test

@@ -29,6 +29,23 @@ TEST(EmptyWindow, MakesASampleAndOpensIt) {
   EXPECT_EQ(differing(picture(folder, "opened.png"), picture(folder, "named.png")), 0);
 }
 
+/// What is there of it meanwhile leaves no trace.
+TEST(EmptyWindow, ShowsAModelAsIfItHadBeenThereFromTheBeginning) {
+  const Folder folder;
+  write_sphere(folder, "256");
+  const Result result = view(folder, "open sphere.obj\nframes 2\nscreenshot opened.png\n", {});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto first = result.json()["result"]["first_pictures"];
+  EXPECT_GT(first["window"], 0);
+  EXPECT_GT(first["shape"], 0);
+  EXPECT_LE(first["shape"], first["coarse"]);
+  EXPECT_LE(first["coarse"], first["all"]);
+  ASSERT_EQ(view(folder, "frames 2\nscreenshot named.png\n", {"sphere.obj"}).status, 0);
+  const Image<float> opened = picture(folder, "opened.png"), named = picture(folder, "named.png");
+  const int top = opened.height() - 60;  // below is what was said
+  EXPECT_EQ(differing(cropped(opened, 0, 0, opened.width(), top), cropped(named, 0, 0, named.width(), top)), 0);
+}
+
 TEST(EmptyWindow, OpensAPictureAsTheVerbDoes) {
   const Folder folder;
   write_image(folder / "wall.png", Image<float>(32, 16, 3, 0.5F));

@@ -151,7 +151,7 @@ Compression asked_compression(const OptionValues& options) {
 
 TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
                                   const ModelPictures& pictures, ImageTriangles picture,
-                                  const TargetTextures& target) {
+                                  const TargetTextures& target, const ModelWatch& watch) {
   LoadOptions options = load_options(run.options(), missing, pictures);
   const Compression compression = asked_compression(run.options());
   options.picture = picture;
@@ -161,7 +161,7 @@ TexturedModel read_textured_model(Run& run, MissingPictures missing, double shar
   Model read;
   {
     const Step step(run, "read", 0.6 * share);
-    read = read_input(run.options().text("mesh"), options, step);
+    read = read_input(run.options().text("mesh"), options, step, watch);
   }
   read.compression = compression;
   register_inputs(run, read);

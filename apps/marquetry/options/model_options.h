@@ -46,7 +46,7 @@ struct TargetTextures {
 TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
                                   const ModelPictures& pictures = {},
                                   ImageTriangles picture = ImageTriangles::two,
-                                  const TargetTextures& target = {});
+                                  const TargetTextures& target = {}, const ModelWatch& watch = {});
 
 /// The same, and throws `InvalidInput` naming the refused defects, if there are any; the others are
 /// said as warnings.

@@ -41,8 +41,9 @@ constexpr std::int64_t rows_at_once = 16384;
 using StiffnessRows = std::function<Signal(std::span<const int>, std::span<const std::span<const double>>)>;
 
 /// The rows that some, increasing, couple to. Where stencils lie side by side, so do the triples of their columns, which
-/// are added together.
-void add_columns(const SparseMatrix& A, std::span<const int> wanted, RowSet& to) {
+/// are one segment.
+std::vector<RowSet::Segment> columns_of(const SparseMatrix& A, std::span<const int> wanted) {
+  std::vector<RowSet::Segment> found;
   std::array<RowSet::Segment, 3> open{};  // of the rows before
   int last = -2;
   for (const int row : wanted) {
@@ -56,17 +57,28 @@ void add_columns(const SparseMatrix& A, std::span<const int> wanted, RowSet& to)
       last = row;
       continue;
     }
-    for (const RowSet::Segment& segment : open) to.add(segment);
+    found.insert(found.end(), open.begin(), open.end());
     open = {};
     last = -2;
     if (is_stencil) {
       for (int i = 0; i < 3; ++i) open[std::size_t(i)] = {columns[3 * i], 3};
       last = row;
     } else {
-      for (int i = 0; i < count; ++i) to.add(columns[i]);
+      for (int i = 0; i < count; ++i) found.push_back({columns[i], 1});
     }
   }
-  for (const RowSet::Segment& segment : open) to.add(segment);
+  found.insert(found.end(), open.begin(), open.end());
+  return found;
+}
+
+/// Adds them, found block by block.
+void add_columns(const SparseMatrix& A, std::span<const int> wanted, RowSet& to) {
+  std::vector<std::vector<RowSet::Segment>> blocks(std::size_t(std::ssize(wanted) + rows_at_once - 1) / rows_at_once);
+  parallel_blocks(std::ssize(wanted), rows_at_once, [&](std::int64_t begin, std::int64_t end) {
+    blocks[std::size_t(begin / rows_at_once)] = columns_of(A, wanted.subspan(std::size_t(begin), std::size_t(end - begin)));
+  });
+  for (const auto& block : blocks)
+    for (const RowSet::Segment& segment : block) to.add(segment);
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "mq/io/detail/gltf.h"
 #include "mq/io/detail/held.h"
 #include "mq/io/image_file.h"
+#include "mq/io/model_watch.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/picture_tiles.h"
 #include "mq/io/slots.h"
@@ -110,8 +111,8 @@ std::optional<std::string> find_file(const fs::path& folder, const std::string& 
 
 class ModelReader {
  public:
-  ModelReader(const fs::path& path, const ReadModelOptions& options, const Progress& progress)
-      : options_(options), progress_(progress), folder_(path.parent_path()) {
+  ModelReader(const fs::path& path, const ReadModelOptions& options, const Progress& progress, const ModelWatch& watch)
+      : options_(options), progress_(progress), watch_(watch), folder_(path.parent_path()) {
     model_.path = path;
   }
 
@@ -142,8 +143,10 @@ class ModelReader {
     model_.uv_sets = std::move(file.uv_sets);
     model_.uv_set = options_.uv_set;
     note_choice();
+    if (watch_) watch_(model_);
     take_textures(file.textures);
     take_others(file.others);
+    if (watch_) watch_(model_);
     model_.document = std::make_shared<const Document>(std::move(document));
     return std::move(model_);
   }
@@ -156,7 +159,7 @@ class ModelReader {
     if (document.is_gltf())
       return read_buffers(document);
     if (document.format != Document::Format::obj) return;
-    for (const ObjFile::Library& library : parse_obj(document.bytes, document.name).libraries) {
+    for (const ObjFile::Library& library : obj_libraries(document.bytes)) {
       // One name with blanks, or else several names.
       std::vector<std::string> names{portable_name(library.names)};
       if (!find_file(folder_, names[0])) {
@@ -449,6 +452,7 @@ class ModelReader {
 
   const ReadModelOptions& options_;
   const Progress& progress_;
+  const ModelWatch& watch_;
   fs::path folder_;
   Model model_;
   std::vector<std::string> missing_parts_;
@@ -459,8 +463,13 @@ class ModelReader {
 }  // namespace
 
 Model read_model(const fs::path& path, const ReadModelOptions& options, const Progress& progress) {
+  return read_model(path, options, progress, {});
+}
+
+Model read_model(const fs::path& path, const ReadModelOptions& options, const Progress& progress,
+                 const ModelWatch& watch) {
   if (auto held = held_model(path, options, progress)) return std::move(*held);
-  return ModelReader(path, options, progress).read();
+  return ModelReader(path, options, progress, watch).read();
 }
 
 }  // namespace mq

@@ -29,6 +29,8 @@ constexpr std::int64_t rows_for_threads = 40000;
 // Coarser levels of a cycle that threads are called to begin where each of them has hardly more than that to do.
 constexpr std::int64_t rows_of_level_for_threads = 10000;
 
+constexpr std::int64_t segments_at_once = 32;  // of texels side by side
+
 /// Runs by their first row.
 std::vector<int> order_by_row(const StencilTiles& tiles) {
   std::vector<int> order(tiles.runs.size());
@@ -90,6 +92,28 @@ std::vector<int> positions_in(const std::vector<int>& sorted,
   return positions;
 }
 
+/// Rows of the next level that some are interpolated from, increasing.
+std::vector<int> parents_of(const LevelTransfer& transfer, const std::vector<int>& rows) {
+  constexpr std::int64_t at_once = 16384;
+  std::vector<std::vector<int>> blocks(std::size_t(std::ssize(rows) + at_once - 1) / at_once);
+  parallel_blocks(std::ssize(rows), at_once, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<int>& found = blocks[std::size_t(begin / at_once)];
+    std::array<WeightedIndex, 4> parents;
+    std::array<int, 4> before = {-1, -1, -1, -1};  // of the row beside it, mostly the same
+    for (std::int64_t at = begin; at < end; ++at) {
+      const int count = transfer.parents(rows[std::size_t(at)], parents);
+      for (int i = 0; i < count; ++i)
+        if (std::ranges::find(before, parents[std::size_t(i)].index) == before.end())
+          found.push_back(parents[std::size_t(i)].index);
+      for (int i = 0; i < 4; ++i) before[std::size_t(i)] = i < count ? parents[std::size_t(i)].index : -1;
+    }
+  });
+  RowSet seen(transfer.coarse_rows());
+  for (const std::vector<int>& block : blocks)
+    for (const int row : block) seen.add(row);
+  return seen.rows();
+}
+
 }  // namespace
 
 LocalMultigrid::LocalMultigrid(const Multigrid& multigrid, int lanes)
@@ -119,7 +143,7 @@ void LocalMultigrid::for_segments(const Level& level, const Body& body) const {
         const RowSet::Segment& s = level.segments[std::size_t(i)];
         body(std::int64_t(s.first) * lanes_, std::size_t(s.count) * std::size_t(lanes_));
       },
-      256);
+      segments_at_once);
 }
 
 void LocalMultigrid::clear(LaneVector& v, const Level& level) const {
@@ -140,10 +164,10 @@ void LocalMultigrid::choose(const RowSet& rows) {
 }
 
 void LocalMultigrid::choose_rows(const RowSet& rows) {
+  // Of the others nothing is read outside the rows that are chosen then.
+  clear(levels_.front().b, levels_.front());
   for (Level& level : levels_) {
-    clear(level.b, level);
     clear(level.x, level);
-    if (&level != &levels_.back()) clear(level.r, level);
     level.set.clear();
     level.rows.clear();
     level.segments.clear();
@@ -185,13 +209,7 @@ void LocalMultigrid::coarsen(std::size_t l) {
   const Level& here = levels_[l];
   Level& below = levels_[l + 1];
   const LevelTransfer& transfer = *multigrid_.levels[l]->transfer;
-  std::array<WeightedIndex, 4> parents;
-  RowSet seen(transfer.coarse_rows());
-  for (const int fine : here.rows) {
-    const int count = transfer.parents(fine, parents);
-    for (int i = 0; i < count; ++i) seen.add(parents[i].index);
-  }
-  const std::vector<int> candidates = seen.rows();
+  const std::vector<int> candidates = parents_of(transfer, here.rows);
   std::vector<char> taken(candidates.size(), 0);
   parallel_blocks(std::ssize(candidates), 4096, [&](std::int64_t begin, std::int64_t end) {
     std::vector<WeightedIndex> children;

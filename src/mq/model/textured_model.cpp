@@ -170,7 +170,7 @@ Model read_picture(const std::filesystem::path& path, ImageTriangles triangles,
 }
 
 Model read_input(const std::filesystem::path& path, const LoadOptions& options,
-                 const Progress& progress) {
+                 const Progress& progress, const ModelWatch& watch) {
   // Where only the shape counts a picture is refused as no mesh.
   if (!names_picture(path) || options.missing == MissingPictures::unneeded)
     return read_model(path,
@@ -183,7 +183,7 @@ Model read_input(const std::filesystem::path& path, const LoadOptions& options,
                        .slot = options.slot,
                        .uv_set = options.uv_set,
                        .layer = options.layer},
-                      progress);
+                      progress, watch);
   require(options.textures.empty(),
           fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
                       options.textures.empty() ? "" : options.textures.front().string()));

@@ -10,6 +10,7 @@
 #include "mq/atlas/atlas.h"
 #include "mq/fem/image_space.h"
 #include "mq/io/model.h"
+#include "mq/io/model_watch.h"
 #include "mq/mesh/surface.h"
 #include "mq/model/messages.h"
 
@@ -63,10 +64,10 @@ Model read_picture(const std::filesystem::path& path, ImageTriangles triangles,
                    const std::string& layer = {});
 
 /// Reads the file: a model, whose pictures may hold values that are not finite, or such a picture
-/// (`read_picture`). Throws what `read_model` and `read_texture` throw, and `InvalidInput` where
+/// (`read_picture`, which nobody watches). Throws what `read_model` and `read_texture` throw, and `InvalidInput` where
 /// pictures, a slot or a UV set are named beside a picture.
 Model read_input(const std::filesystem::path& path, const LoadOptions& options,
-                 const Progress& progress = {});
+                 const Progress& progress = {}, const ModelWatch& watch = {});
 
 /// Surface, charts and sizes of a model that was read. Values of pictures that are infinite or no
 /// numbers and that no chart reads become those of the nearest texel that one does (bakes hold such

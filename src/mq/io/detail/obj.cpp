@@ -358,6 +358,26 @@ class ObjParser {
 
 }  // namespace
 
+/// Looks at the lines that begin with the word, whether a backslash ends the one before or not: a face or a vertex that
+/// goes on with it is refused by `parse_obj`, and others do not go on.
+std::vector<ObjFile::Library> obj_libraries(ByteView bytes) {
+  constexpr std::string_view key = "mtllib", mark = "\xef\xbb\xbf";
+  const std::string_view text = text_of(bytes);
+  std::vector<ObjFile::Library> libraries;
+  for (std::size_t at = text.find(key); at != text.npos; at = text.find(key, at + key.size())) {
+    std::size_t begin = at;
+    while (begin > 0 && (text[begin - 1] == ' ' || text[begin - 1] == '\t')) --begin;
+    const bool after_mark = at == mark.size() && text.starts_with(mark);
+    if (begin > 0 && text[begin - 1] != '\n' && text[begin - 1] != '\r' && !after_mark) continue;
+    Scanner scanner(text, at);
+    if (scanner.word() != key) continue;
+    const std::string_view names = scanner.rest();
+    const std::size_t first = std::size_t(names.data() - text.data());
+    if (!names.empty()) libraries.push_back({std::string(names), {-1, first, first + names.size(), ""}});
+  }
+  return libraries;
+}
+
 ObjFile parse_obj(ByteView bytes, const std::string& name, ObjNormals normals) {
   return ObjParser(bytes, name, normals).parse();
 }

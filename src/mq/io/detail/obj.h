@@ -40,6 +40,9 @@ enum class ObjNormals { skip, read };
 /// has more than `max_polygon` corners.
 ObjFile parse_obj(ByteView bytes, const std::string& name, ObjNormals normals = ObjNormals::skip);
 
+/// The lines `mtllib` alone, as `parse_obj` has them, in a small part of its time.
+std::vector<ObjFile::Library> obj_libraries(ByteView bytes);
+
 /// What an OBJ document says, its libraries being among its parts: a picture that several materials
 /// name for the slot that is read (`chosen_slot`) is one texture, in the order of first use; a material
 /// without one is texture −1, unless none has one: then each material is a texture without a name.

@@ -4,6 +4,7 @@
 #include "mq/io/detail/plain_png.h"
 
 #include <png.h>
+#include <tbb/task_group.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <string_view>
 
 #include "mq/base/error.h"
@@ -262,6 +264,36 @@ int strategy_for(const Image<float>& pixels, int value_bytes) {
   return size(Z_RLE) <= most * size(Z_FILTERED) ? Z_RLE : Z_FILTERED;
 }
 
+/// Those that were not waited for are given up and ended at the end of the scope.
+class Tasks {
+ public:
+  Tasks() = default;
+  ~Tasks() {
+    if (waited_) return;
+    group_.cancel();
+    try {
+      group_.wait();
+    } catch (...) {  // what is left by has its own reason, or is found wrong by another reader
+    }
+  }
+  Tasks(const Tasks&) = delete;
+  Tasks& operator=(const Tasks&) = delete;
+
+  template <class Task>
+  void run(const Task& task) {
+    group_.run(task);
+  }
+  /// Throws what one of them threw.
+  void wait() {
+    waited_ = true;
+    group_.wait();
+  }
+
+ private:
+  tbb::task_group group_;
+  bool waited_ = false;
+};
+
 }  // namespace
 
 std::optional<PictureInfo> plain_png_info(std::span<const std::byte> bytes) {
@@ -280,21 +312,25 @@ std::optional<Texture> read_plain_png(std::span<const std::byte> bytes, const Pr
   if (!head) return {};
   Texture texture;
   texture.format = {head->depth(), "png", nullptr};
-  texture.pixels = Image<float>(head->width, head->height, head->channels);
   const std::size_t row_values = std::size_t(head->width) * head->channels;
-  std::vector<Byte> rows(head->row_bytes() * std::size_t(std::min(rows_at_once, head->height)));
   PngReader reader(bytes);
   if (!reader.begin()) return {};
+  std::once_flag made;
+  Tasks to_values;  // of rows, while the next are decompressed
   for (int first = 0; first < head->height; first += rows_at_once) {
     const int count = std::min(rows_at_once, head->height - first);
+    auto rows = std::make_shared<std::vector<Byte>>(head->row_bytes() * std::size_t(count));
     for (int i = 0; i < count; ++i)
-      if (!reader.read(rows.data() + head->row_bytes() * std::size_t(i))) return {};
-    parallel_for(count, [&](std::int64_t i) {
-      to_floats(rows.data() + head->row_bytes() * std::size_t(i), head->value_bytes,
-                texture.pixels.values().subspan(row_values * std::size_t(first + i), row_values));
-    }, 16);
+      if (!reader.read(rows->data() + head->row_bytes() * std::size_t(i))) return {};
+    to_values.run([&, rows, first, count] {
+      std::call_once(made, [&] { texture.pixels = Image<float>(head->width, head->height, head->channels); });
+      for (int i = 0; i < count; ++i)
+        to_floats(rows->data() + head->row_bytes() * std::size_t(i), head->value_bytes,
+                  texture.pixels.values().subspan(row_values * std::size_t(first + i), row_values));
+    });
     progress.at(double(first + count) / head->height);
   }
+  to_values.wait();
   if (!reader.end()) return {};
   return texture;
 }
