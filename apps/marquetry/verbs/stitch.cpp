@@ -63,7 +63,7 @@ StitchRegions asked_regions(Run& run, const TexturedModel& scene, const TextureS
 
 struct Stitched {
   Filtered filtered;
-  SparseMatrix stiffness;
+  BorderJump before, after;  ///< between regions
 };
 
 /// Charts of one baked texture are meant to differ, those of photographs are not: who did not say which are there
@@ -99,14 +99,15 @@ Stitched solve(Run& run, const Model& model, const TextureSignal& target, double
     const Step step(run, "solve", shares.solve);
     const RegionLevels levels = asked_levels(run.options(), model, *stitcher, regions.values);
     if (levels.gains().size() > 0) report_gain(run, std::exp(levels.gains().cwiseAbs().maxCoeff()));
-    stitched = {stitcher->stitch(regions.values, regions.partials, levels, step), stitcher->stiffness()};
+    stitched.filtered = stitcher->stitch(regions.values, regions.partials, levels, step);
+    stitched.before = border_jump(stitcher->stiffness(), regions.values, regions.labels);
+    stitched.after = border_jump(stitcher->stiffness(), stitched.filtered.signal, regions.labels);
     return stitched.filtered.report;
   });
   return stitched;
 }
 
-Json border_json(const SparseMatrix& S, const Signal& psi, const std::vector<int>& labels) {
-  const BorderJump jump = border_jump(S, psi, labels);
+Json border_json(const BorderJump& jump) {
   return {{"across", jump.across}, {"within", jump.within}};
 }
 
@@ -169,15 +170,15 @@ Exit stitch(Run& run) {
   if (regions.is_stitchable()) {
     about(scene.model, [&] { stitched = solve(run, scene.model, *target, weight, regions); });
   } else {
-    stitched = {{regions.values, nothing_to_solve()}, target->space().stiffness()};
+    const BorderJump jump = border_jump(target->space().stiffness(), regions.values, regions.labels);
+    stitched = {{regions.values, nothing_to_solve()}, jump, jump};
     run.solve = solve_json(stitched.filtered.report);
     run.solve["tried"] = Json::array();
   }
 
   const Signal &before = regions.values, &after = stitched.filtered.signal;
   run.result.update(change_json(before, after, value_space(options).space));
-  run.result["borders"] = {{"before", border_json(stitched.stiffness, before, regions.labels)},
-                           {"after", border_json(stitched.stiffness, after, regions.labels)}};
+  run.result["borders"] = {{"before", border_json(stitched.before)}, {"after", border_json(stitched.after)}};
   run.result["mean_drift"] = mean_drift(target->space(), before, after, regions.labels);
   run.result["alpha"] = weight / scale.area;
   run.result["length"] = std::sqrt(weight);

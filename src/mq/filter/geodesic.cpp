@@ -33,12 +33,11 @@ GeodesicDistance::GeodesicDistance(const SignalSpace& space, const SolverFactory
   require(options.time > 0 && std::isfinite(options.time),
           fmt::format("the time that heat spreads is {}; it must be positive", options.time));
   const double length = std::sqrt(options.time) * mean_spacing(space);
-  SparseMatrix heat = heat_matrix(space, length * length, progress.step("assemble", 0.2));
-  std::vector<int> component = connected_components(heat);
-  parts_ = std::make_unique<Parts>(
-      Parts{space, options, length, std::move(heat), std::move(component),
-            ScreenedPoisson(space, ScreenedPoisson::infinite_weight, factory, progress.step("prepare", 0.8)),
-            space.positions(), space.boundary()});
+  // Made where they stay: Eigen copies a sparse matrix that is moved.
+  parts_.reset(new Parts{space, options, length, heat_matrix(space, length * length, progress.step("assemble", 0.2)), {},
+                         ScreenedPoisson(space, ScreenedPoisson::infinite_weight, factory, progress.step("prepare", 0.8)),
+                         space.positions(), space.boundary()});
+  parts_->component = connected_components(parts_->heat);
 }
 
 GeodesicDistance::~GeodesicDistance() = default;

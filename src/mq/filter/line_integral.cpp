@@ -64,12 +64,12 @@ LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface
   if (options.weight == 0) {
     result.signal = noise;
   } else {
-    const ScreenedPoisson equation(across, options.weight, factory, progress.step("prepare", 0.2));
     // The change from the mean, not from the noise, to which the lines have little likeness:
     // (M_Y + w·S_Y)·(φ − mean) = M_Y·(ψ − mean).
     const Signal mean = noise.colwise().mean().replicate(noise.rows(), 1);
     Signal moments = across.mass() * (noise - mean);
     moments /= options.weight;
+    const ScreenedPoisson equation(across, options.weight, factory, progress.step("prepare", 0.2));
     Filtered spread = equation.solve_change(mean, moments, progress.step("spread", 0.3));
     result.signal = std::move(spread.signal);
     result.spread = std::move(spread.report);
