@@ -32,8 +32,10 @@ GeodesicDistance::GeodesicDistance(const SignalSpace& space, const SolverFactory
                                    const GeodesicOptions& options, const Progress& progress) {
   require(options.time > 0 && std::isfinite(options.time),
           fmt::format("the time that heat spreads is {}; it must be positive", options.time));
-  const double length = std::sqrt(options.time) * mean_spacing(space);
-  SparseMatrix heat = heat_matrix(space, length * length, progress.step("assemble", 0.2));
+  SparseMatrix stiffness = space.regularised_system(0, 1, progress.step("assemble", 0.2));
+  const Vector mass = space.lumped_mass();
+  const double length = std::sqrt(options.time) * heat_spacing(space, stiffness, mass);
+  SparseMatrix heat = heat_matrix(std::move(stiffness), mass, length * length);
   std::vector<int> component = connected_components(heat);
   parts_ = std::make_unique<Parts>(
       Parts{space, options, length, std::move(heat), std::move(component),
