@@ -90,7 +90,6 @@ Prepared spread_heat(Run& run, const SourceSpace& space, const SharedSources& so
   const TexelPart& part = space.part;
   const double spacing = space.atlas.texel_spacing();
   const GeodesicOptions options{.time = run.options().number("time")};
-  const double length = std::sqrt(options.time) * spacing;
   Prepared found;
   SparseMatrix heat;
   Vector mass;
@@ -98,7 +97,7 @@ Prepared spread_heat(Run& run, const SourceSpace& space, const SharedSources& so
   const Step step(run, "spread heat", 0.3);
   space.processes.together([&] {
     if (part.empty()) return;
-    heat = heat_matrix(part.space(), length * length, step.progress().step("assemble", 0.3));
+    heat = part.space().regularised_system(0, 1, step.progress().step("assemble", 0.3));
     mass = part.space().lumped_mass();
     boundary = part.boundary();
     found.shown = part.shown();
@@ -106,12 +105,15 @@ Prepared spread_heat(Run& run, const SourceSpace& space, const SharedSources& so
   found.components.emplace(space.processes, part, space.numbering, heat);
   space.processes.talking([&] {
     const std::vector<Vector3> positions = positions_of(part, space.numbering);
+    const SharedUnknowns shared = shared_unknowns(space.processes, part, space.numbering);
+    const double length = std::sqrt(options.time) * heat_spacing(spacing, heat, mass, shared);
+    make_heat_matrix(mass, length * length, heat);
     found.screen = vanishing(part, *found.components, heat, mass, length * length);
     found.sources = app::by_texture(run.options()) ? sources_here(space, sources)
                                                    : grown_here(space, sources, heat, positions);
     const HeatDistances spread =
         heat_distances({length, spacing, heat, positions, boundary}, found.sources, options,
-                       step.progress().step("sweeps", 0.6), shared_unknowns(space.processes, part, space.numbering));
+                       step.progress().step("sweeps", 0.6), shared);
     run.result["sources"] = sources.count;
     run.result["diffusion_length"] = length;
     run.result["sweeps"] = spread.sweeps;

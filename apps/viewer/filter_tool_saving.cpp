@@ -7,6 +7,7 @@
 #include "filter_tool.h"
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/io/path_status.h"
 
 namespace mq::view {
 namespace {
@@ -22,7 +23,7 @@ void FilterTool::require_other_files(const std::vector<fs::path>& files,
   for (const fs::path& file : files)
     for (const fs::path& other : others)
       require(
-          fs::weakly_canonical(file) != fs::weakly_canonical(other),
+          full_name(file) != full_name(other),
           fmt::format("{}: mask and texture need files of their own: name another", file.string()));
 }
 

@@ -9,6 +9,7 @@
 #include "mq/draw/lifespans.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
+#include "mq/io/path_status.h"
 #include "mq/model/stored_frames.h"
 
 namespace mq::view {
@@ -24,7 +25,7 @@ std::vector<std::string> pictures_of(const std::vector<std::string>& names, int 
 
 void require_pictures(const std::vector<std::string>& names, int number) {
   for (const std::string& picture : pictures_of(names, number))
-    if (!std::filesystem::exists(picture))
+    if (!is_there(picture))
       throw IoError(fmt::format("{}: is not there, the picture of frame {}: check the name",
                                 picture, number));
 }

@@ -7,6 +7,7 @@
 
 #include "controls.h"
 #include "mq/base/error.h"
+#include "mq/io/path_status.h"
 #include "theme.h"
 #include "viewer.h"
 
@@ -36,7 +37,7 @@ void Viewer::keep_and_go_on(std::function<void()> act) {
   question_ = "It becomes the model's texture as soon as it is worked out.";
   on_yes_ = on_no_ = {};
   on_saved_ = [this, kept, act = std::move(act)] {
-    if (std::ranges::all_of(kept.files, [](const fs::path& path) { return fs::exists(path); })) open_kept(kept, act);
+    if (std::ranges::all_of(kept.files, [](const fs::path& path) { return is_there(path); })) open_kept(kept, act);
   };
 }
 

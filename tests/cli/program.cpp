@@ -1,6 +1,7 @@
 #include "cli/program.h"
 
 #include <fcntl.h>
+#include <grp.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/resource.h>
@@ -55,6 +56,10 @@ namespace {
     const rlimit limit{rlim_t(options.largest_file), rlim_t(options.largest_file)};
     setrlimit(RLIMIT_FSIZE, &limit);
   }
+  constexpr uid_t nobody = 65534;
+  if (options.user == RunOptions::User::ordinary && geteuid() == 0 &&
+      (setgroups(0, nullptr) != 0 || setgid(nobody) != 0 || setuid(nobody) != 0))
+    _exit(125);
   words.insert(words.begin(), "marquetry");
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());

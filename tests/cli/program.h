@@ -44,6 +44,8 @@ struct RunOptions {
   std::string program = {};  ///< beside marquetry, in its place
   std::string standard_input = {};   ///< a file for standard input; by default the test's own
   std::string standard_output = {};  ///< a file for standard output, such as /dev/full
+  /// Whom folders that are closed to all keep out: root may go everywhere, and becomes nobody.
+  enum class User { own, ordinary } user = User::own;
 };
 
 /// marquetry WORDS..., started in `folder`.

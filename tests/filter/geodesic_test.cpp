@@ -127,6 +127,26 @@ TEST(GeodesicDistance, DoesNotDependOnWhereBetweenTexelsTheSourceLies) {
     }
 }
 
+/// On texels that are 8, 16 and 64 times as long as wide, either way, the error is still a part of the longer side. With
+/// heat that spreads by the mean of both sides it is 12 of them.
+TEST(GeodesicDistance, IsRightWhereTexelsAreMuchLongerThanWide) {
+  const Vector3 from(0.4, 0.4, 0);
+  for (const TextureSize size : {TextureSize{64, 512}, {512, 32}, {16, 1024}}) {
+    const auto model = fixtures::textured(fixtures::cut_square(whole_square()), {size});
+    const TexelSpace space(model->surface, model->atlas);
+    const Geodesic found = distances_from_point(*model, space, from);
+    EXPECT_LE(found.change, 1e-3) << size.width;
+    const double longer = 1.0 / std::min(size.width, size.height);
+    double most = 0, sum = 0;
+    for (int i = 0; i < space.size(); ++i) {
+      const double miss = std::abs(found.distance[i] - (position(space.texels(), i) - from).norm()) / longer;
+      most = std::max(most, miss), sum += miss;
+    }
+    EXPECT_LE(most, 2) << size.width;
+    EXPECT_LE(sum / space.size(), 0.5) << size.width;
+  }
+}
+
 TEST(GeodesicDistance, HardlyNoticesSeams) {
   const Vector3 aside(0.31, 0.42, 0);
   const Errors whole = errors_on_square(whole_square(), 128, aside),
@@ -368,6 +388,20 @@ TEST(GeodesicDistance, GrowsWithTheSurface) {
   for (Vector3& p : mesh.positions) p *= 1024;
   const Vector large = GeodesicDistance(VertexSpace(make_surface(mesh))).from({{3, 0}}).distance;
   EXPECT_LE((large / 1024 - small).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// Single precision on coarser levels, whose squares of areas leave its range long before the areas do.
+TEST(GeodesicDistance, IsFoundByMultigridInAnyUnit) {
+  const auto in_unit = [](double unit) {
+    Mesh mesh = fixtures::cut_square(four_charts());
+    for (Vector3& p : mesh.positions) p *= unit;
+    const auto model = fixtures::textured(mesh, {{96, 96}});
+    const TexelSpace space(model->surface, model->atlas);
+    return Vector(GeodesicDistance(space, multigrid_solver(space.texels())).from({{100, 0}}).distance / unit);
+  };
+  const Vector wanted = in_unit(1);
+  for (const double unit : {0x1p37, 0x1p40, 0x1p-66})
+    EXPECT_LE((in_unit(unit) - wanted).cwiseAbs().maxCoeff(), 1e-6 * wanted.maxCoeff()) << unit;
 }
 
 TEST(GeodesicDistance, HasTheSameBitsForAnyNumberOfThreads) {

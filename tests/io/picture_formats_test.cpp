@@ -196,6 +196,31 @@ TEST_F(PictureFormats, LeavesOutAProfileThatIsDamaged) {
   expect_without("d.tif", tiff);
 }
 
+/// What of a PNG says how its colours are meant, each by itself and all together, is what it was; nothing comes to it.
+TEST_F(PictureFormats, KeepsWhatAPngSaysOfItsColours) {
+  const std::string gamma = test::png_chunk("gAMA", test::big_endian(45455));
+  std::string xy;
+  for (const std::uint32_t value : {31270U, 32900U, 64000U, 33000U, 21000U, 71000U, 15000U, 6000U})
+    xy += test::big_endian(value);
+  const std::string chromaticities = test::png_chunk("cHRM", xy), cicp = test::png_chunk("cICP", {9, 16, 0, 1}),
+                    srgb = test::png_chunk("sRGB", std::string(1, '\0')),
+                    icc = test::png_chunk("iCCP", std::string("own name\0\0", 10) +
+                                                      test::zlib_stored(profile("Adobe RGB (1998)")));
+  const std::string row("\0\x01\x80\xfe", 4);
+  for (const std::string& colour : {gamma + chromaticities, cicp, srgb, icc, cicp + icc + gamma + chromaticities,
+                                    cicp + srgb + gamma + chromaticities}) {
+    Texture texture = read_texture(put("p.png", test::png_file({1, 1, 8, 2}, row, colour)));
+    texture.pixels.values()[0] = 1;
+    write_texture(folder / "n.png", texture);
+    const std::string written = get("n.png");
+    EXPECT_EQ(written.substr(33, colour.size()), colour);
+    EXPECT_EQ(written.substr(33 + colour.size() + 4, 4), "IDAT") << "something else is in it";
+    EXPECT_EQ(read_texture(folder / "n.png").pixels.values()[0], 1);
+    write_texture(folder / "n.tif", texture);
+    EXPECT_EQ(get("n.tif").find("cHRM"), std::string::npos);
+  }
+}
+
 /// OpenEXR makes room for what an attribute promises before it reads it.
 TEST_F(PictureFormats, RefusesAnExrWhoseHeadPromisesMoreThanThereIs) {
   write_image(folder / "a.exr", levels(9, 5, 3, 255), Depth::half);

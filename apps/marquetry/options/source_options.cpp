@@ -59,6 +59,8 @@ SourcePlace on_surface(Run& run, const TexturedModel& scene, const std::string& 
                        const ClosestPointFinder* finder) {
   const ClosestPoint closest =
       finder != nullptr ? (*finder)(point) : ClosestPointFinder(scene.surface.mesh)(point);
+  require(closest.triangle >= 0 && std::isfinite(closest.squared_distance),
+          fmt::format("--from {}: so far away from the surface that it is no place on it; name one near it", text));
   require(works_at_vertices(run.options(), scene) || scene.atlas->chart[closest.triangle] >= 0,
           fmt::format("--from {}: the surface there (triangle {}) has no texture coordinates or no "
                       "area in the texture; give another place, or --vertices",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/io/path_status.h"
 
 namespace mq::app {
 namespace {
@@ -10,11 +11,6 @@ namespace {
 OutputLedger* the_ledger = nullptr;
 
 }  // namespace
-
-std::filesystem::path full_name(const std::filesystem::path& path) {
-  std::error_code ignored;
-  return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
-}
 
 OutputLedger::OutputLedger(const std::filesystem::path& list) : list_(full_name(list)) { the_ledger = this; }
 

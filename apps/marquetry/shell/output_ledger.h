@@ -8,9 +8,6 @@
 
 namespace mq::app {
 
-/// The same for all spellings of a name, whether the file is there or not.
-std::filesystem::path full_name(const std::filesystem::path& path);
-
 /// While one exists, every `Run` enters what it will write. At most one exists at a time.
 class OutputLedger {
  public:

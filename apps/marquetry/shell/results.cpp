@@ -5,6 +5,7 @@
 
 #include "mq/io/document.h"
 #include "mq/io/file_names.h"
+#include "mq/io/held_files.h"
 
 namespace mq::app {
 
@@ -41,11 +42,15 @@ void write_outputs(Run& run, const Outputs& outputs, Model model, const Progress
   say_written(run, outputs.paths());
 }
 
+void remark_written(Run& run, const std::filesystem::path& path) {
+  if (!names_standard_output(path)) run.terminal().remark("wrote " + path.string());
+}
+
 void say_written(Run& run, const std::vector<std::filesystem::path>& paths) {
   Json written = Json::array();
   for (const std::filesystem::path& path : paths) {
     written.push_back(path.string());
-    run.terminal().remark("wrote " + path.string());
+    remark_written(run, path);
   }
   run.result["outputs"] = written;
 }

@@ -18,6 +18,7 @@
 #include "mq/io/bytes.h"
 #include "mq/io/held_files.h"
 #include "mq/io/json_read.h"
+#include "mq/io/path_status.h"
 #include "mq/io/video.h"
 #include "mq/version.h"
 #include "shell/output_ledger.h"
@@ -128,6 +129,7 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
   using Replacing = OutputLedger::Replacing;
   if (OutputLedger* ledger = OutputLedger::current())
     ledger->enter(paths, options_.flag("overwrite") ? Replacing::allowed : Replacing::refused);
+  for (const auto& path : paths) folders.insert(path.parent_path());
   std::erase_if(folders, [&](const fs::path& folder) {
     return folder.empty() || names_held(folder) || fs::exists(folder, failure);
   });

@@ -65,8 +65,9 @@ class Run {
 
   /// Says now that these files will be written, so that a name that cannot be written to, that is
   /// one of the inputs, or that --no-clobber protects, is refused before any work is done, and so
-  /// is a video where there is no ffmpeg. Each of `folders` that is not there (empty: none) is made when
-  /// the first file is written to it, and stays only if one is finished. With --dry-run only lists
+  /// is a video where there is no ffmpeg. The folders of the files, and `folders` (empty: none), are made with
+  /// those around them where they are not there, when the first file is written to them, and stay only if one is
+  /// finished. With --dry-run only lists
   /// the files. `option` is what named them. Throws `IoError`.
   void will_write(const std::vector<std::filesystem::path>& paths,
                   std::set<std::filesystem::path> folders = {}, const std::string& option = "--output");

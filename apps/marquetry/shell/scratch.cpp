@@ -3,6 +3,7 @@
 #include "shell/scratch.h"
 
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <linux/magic.h>
 #include <sys/statfs.h>
@@ -17,6 +18,7 @@
 #include <map>
 
 #include "mq/base/error.h"
+#include "mq/io/path_status.h"
 
 namespace mq::app {
 namespace {
@@ -55,7 +57,11 @@ std::filesystem::path scratch_folder(const std::vector<std::string>& words) {
 void check_folder(const std::filesystem::path& folder) {
   struct statfs system {};
   if (::statfs(folder.c_str(), &system) != 0)
-    throw InvalidInput(fmt::format("--scratch: {} is no folder that can be read: {}", folder.string(), std::strerror(errno)));
+    throw InvalidInput(fmt::format("--scratch: {}: {}; choose a folder you may write to", folder.string(), std::strerror(errno)));
+  if (!is_folder(folder))
+    throw InvalidInput(fmt::format("--scratch: {} is a file; name a folder on a disk", folder.string()));
+  if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
+    throw InvalidInput(fmt::format("--scratch: {}: {}; choose a folder you may write to", folder.string(), std::strerror(errno)));
   if (system.f_type == TMPFS_MAGIC || system.f_type == RAMFS_MAGIC)
     throw InvalidInput(fmt::format("--scratch: {} lies in memory itself (tmpfs); name a folder on a disk", folder.string()));
 }

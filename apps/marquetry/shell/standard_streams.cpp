@@ -250,6 +250,7 @@ void StandardStreams::send() const {
   if (std::fflush(stdout) != 0 || !is_taken)
     throw IoError(errno == EPIPE ? "standard output: nobody reads it any more"
                                  : "standard output cannot be written to (is the disk full?)");
+  terminal_.remark("wrote standard output");
 }
 
 Json StandardStreams::as_given(Json report) const {

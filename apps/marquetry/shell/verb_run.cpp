@@ -11,6 +11,7 @@
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/held_files.h"
+#include "mq/io/path_status.h"
 #include "mq/io/tiles.h"
 #include "mq/model/kept_work.h"
 #include "mq/version.h"
@@ -52,13 +53,12 @@ void check_frame_places(const OptionValues& options) {
 
 /// Throws where what a frame works on is not there, before any of them is begun.
 void require_frames(const OptionValues& options, const std::vector<int>& frames) {
-  std::error_code ignored;
   for (const Option& option : options.table().options())
     if (option.place == Option::Place::positional && option.type == Option::Type::path)
       for (const std::string& name : options.texts(option.name))
         for (const int frame : has_frame_place(name) && !tile_name(name) ? frames : std::vector<int>())
           if (const std::string file = frame_name(name, frame);
-              !names_held(file) && !std::filesystem::exists(file, ignored))
+              !names_held(file) && !is_there(file))
             throw IoError(fmt::format("cannot read {}: frame {} of --frames is not there; check the numbers, nothing "
                                       "was written",
                                       file, frame));

@@ -8,6 +8,7 @@
 #include "mq/base/error.h"
 #include "mq/io/bytes.h"
 #include "mq/io/json_read.h"
+#include "mq/io/path_status.h"
 #include "mq/model/kept_work.h"
 #include "shell/output_ledger.h"
 #include "shell/run.h"

@@ -18,6 +18,7 @@
 #include "options/model_options.h"
 #include "options/signal_options.h"
 #include "shell/arguments.h"
+#include "shell/results.h"
 #include "shell/run.h"
 #include "shell/verb.h"
 #include "verbs/shared/render_request.h"
@@ -130,7 +131,7 @@ void write_set(Run& run, std::vector<Photograph> cameras, CameraFormat format) {
     run.terminal().warning(fmt::format("{} left out: the size of their pictures is not known",
                                        counted(std::int64_t(left_out), "camera")));
   write_cameras(output, named_for(output, format, std::move(cameras)), format);
-  run.terminal().remark("wrote " + output.string());
+  remark_written(run, output);
 }
 
 /// How many triangles are in the pictures of how many views.
@@ -170,7 +171,7 @@ void draw_set(Run& run, const TexturedModel& scene, const std::vector<PinholeCam
   const Step step(run, "draw", 0.5);
   const Image<float> drawn = ModelRenderer(scene).draw(wanted, {}, step);
   for (const std::string& note : write_image(picture, drawn)) run.terminal().remark(note);
-  run.terminal().remark("wrote " + picture);
+  remark_written(run, picture);
 }
 
 Exit cameras(Run& run) {

@@ -17,6 +17,7 @@
 #include "mq/flow/flow_errors.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/flow_file.h"
+#include "mq/io/path_status.h"
 #include "mq/io/vector_field.h"
 #include "shell/results.h"
 #include "shell/verb.h"
@@ -29,7 +30,7 @@ namespace fs = std::filesystem;
 /// The folder for all that is written.
 fs::path folder_of(const OptionValues& options) {
   const fs::path folder = options.text("output");
-  require(!folder.has_extension() || fs::is_directory(folder),
+  require(!folder.has_extension() || is_folder(folder),
           fmt::format("--output: found '{}', wanted a folder: several files are written",
                       folder.string()));
   return folder;

@@ -10,6 +10,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/io/json_read.h"
 #include "mq/io/atomic_file.h"
+#include "mq/io/path_status.h"
 #include "shell/frame_numbers.h"
 #include "shell/results.h"
 #include "shell/run.h"
@@ -130,7 +131,7 @@ void check_frames(const Part& part) {
 void check_outputs(const Part& part, const Json& report, const std::string& whose) {
   if (!report.contains("result") || !report["result"].is_object() || !report["result"].contains("outputs")) return;
   for (const Json& output : report["result"]["outputs"])
-    if (output.is_string() && !std::filesystem::exists(output.get<std::string>()))
+    if (output.is_string() && !is_there(output.get<std::string>()))
       throw IoError(fmt::format("{}: not there, though {} says that {} wrote it: run merge in the folder where the parts "
                                 "were run, or part {}/{} again",
                                 output.get<std::string>(), part.file, whose, part.shard.number, part.shard.count));

@@ -12,6 +12,7 @@
 #include "mq/io/film_page.h"
 #include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
+#include "mq/io/path_status.h"
 #include "mq/io/video.h"
 #include "mq/model/evolving_input.h"
 #include "options/video_options.h"
@@ -97,8 +98,7 @@ bool names_page(const fs::path& output) {
   if (extension == ".html" || extension == ".htm") return true;
   const bool is_ending =
       extension.size() > 1 && std::ranges::all_of(extension.substr(1), [](char c) { return c >= 'a' && c <= 'z'; });
-  std::error_code ignored;
-  require(!is_ending || fs::is_directory(output, ignored),
+  require(!is_ending || is_folder(output),
           fmt::format("--output: found '{}', wanted a page, such as walk.html, or a folder; {}/ is one of that name",
                       output.string(), output.string()));
   return false;

@@ -16,6 +16,7 @@
 #include "mq/io/image_file.h"
 #include "options/signal_options.h"
 #include "shell/arguments.h"
+#include "shell/results.h"
 #include "verbs/shared/render_request.h"
 #include "verbs/shared/seam_report.h"
 #include "shell/verb.h"
@@ -181,10 +182,10 @@ Exit render(Run& run) {
   run.result["height"] = picture.height();
   run.result["output"] = output;
   for (const std::string& note : write_image(output, picture)) run.terminal().remark(note);
-  run.terminal().remark("wrote " + output);
+  remark_written(run, output);
   if (!options.has("cameras")) return Exit::done;
   write_cameras(options.text("cameras"), {{std::filesystem::path(output).filename(), camera}});
-  run.terminal().remark("wrote " + options.text("cameras"));
+  remark_written(run, options.text("cameras"));
   return Exit::done;
 }
 

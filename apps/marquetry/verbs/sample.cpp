@@ -15,6 +15,7 @@
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
+#include "mq/io/path_status.h"
 #include "mq/io/tiles.h"
 #include "mq/sample/bumps.h"
 #include "mq/sample/moving.h"
@@ -57,7 +58,7 @@ std::string descriptions() {
 /// The mesh files to write: both formats into a folder, or the one that is named.
 std::vector<fs::path> mesh_paths(const std::string& output, const std::string& name) {
   if (names_model(output)) return {output};
-  require(output.ends_with('/') || fs::is_directory(output),
+  require(output.ends_with('/') || is_folder(output),
           fmt::format("--output: found '{}', wanted a folder (with / at its end) or a model (.obj, "
                       ".ply, ...)",
                       output));
@@ -102,7 +103,7 @@ struct MovingFiles {
 };
 
 MovingFiles moving_files(const std::string& output) {
-  if (output.ends_with('/') || fs::is_directory(output))
+  if (output.ends_with('/') || is_folder(output))
     return {(fs::path(output) / "frame_%04d.ply").string(),
             (fs::path(output) / "material" / "frame_%04d.ply").string()};
   require(has_frame_place(fs::path(output).filename().string()) && names_model(output),
@@ -176,7 +177,7 @@ struct WallFiles {
 
 WallFiles wall_files(const OptionValues& options) {
   const std::string output = options.text("output");
-  require(output.ends_with('/') || fs::is_directory(output) || output.ends_with(".obj"),
+  require(output.ends_with('/') || is_folder(output) || output.ends_with(".obj"),
           fmt::format("--output: found '{}', wanted a folder (with / at its end) or an .obj: its texture comes in "
                       "tiles",
                       output));

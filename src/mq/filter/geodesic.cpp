@@ -32,11 +32,13 @@ GeodesicDistance::GeodesicDistance(const SignalSpace& space, const SolverFactory
                                    const GeodesicOptions& options, const Progress& progress) {
   require(options.time > 0 && std::isfinite(options.time),
           fmt::format("the time that heat spreads is {}; it must be positive", options.time));
-  const double length = std::sqrt(options.time) * mean_spacing(space);
-  // Made where they stay: Eigen copies a sparse matrix that is moved.
-  parts_.reset(new Parts{space, options, length, heat_matrix(space, length * length, progress.step("assemble", 0.2)), {},
+  // Matrices are made where they stay, as Eigen copies a sparse one that is moved.
+  parts_.reset(new Parts{space, options, 0, space.regularised_system(0, 1, progress.step("assemble", 0.2)), {},
                          ScreenedPoisson(space, ScreenedPoisson::infinite_weight, factory, progress.step("prepare", 0.8)),
                          space.positions(), space.boundary()});
+  const Vector mass = space.lumped_mass();
+  parts_->length = std::sqrt(options.time) * heat_spacing(space, parts_->heat, mass);
+  make_heat_matrix(mass, parts_->length * parts_->length, parts_->heat);
   parts_->component = connected_components(parts_->heat);
 }
 

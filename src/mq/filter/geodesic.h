@@ -22,8 +22,9 @@ struct GeodesicSource {
 };
 
 struct GeodesicOptions {
-  /// How long heat spreads, in squared mean spacings of the unknowns. Longer rounds off the lines
-  /// where paths from both sides meet; shorter makes distances follow the grid.
+  /// How long heat spreads, in squared mean spacings of the unknowns; in half the square of a texel's
+  /// longer side, where these are more than twice as long as wide (`heat_spacing`). Longer rounds off
+  /// the lines where paths from both sides meet; shorter makes distances follow the grid.
   double time = 4;
   double tolerance = 1e-3;  ///< sweeps end when rows of the equation miss by less, on average
   int max_sweeps = 200;
@@ -44,7 +45,8 @@ struct Geodesic {
 ///     (M + t·S)·u = 0 except at sources,      u_i = exp(−distance_i/√t) at these,
 ///     S·φ = b,   b_i = ∫ ⟨X, ∇φ_i⟩ dA,      X = ∇w/|∇w|,   w = −√t·log u,
 ///
-/// with M lumped and t = `time`·h̄². X is minus the normalised gradient of u, taken of the logarithm
+/// with M lumped and t = `time`·h², h the mean spacing or what stands for it on stretched texels.
+/// X is minus the normalised gradient of u, taken of the logarithm
 /// because that is nearly linear; |∇w| is the root mean square over an element, and at least 0.05.
 /// φ is determined per component up to a constant, chosen such that the given distances are met on
 /// average, and is then what is given where it is given; nothing is below 0.

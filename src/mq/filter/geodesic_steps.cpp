@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -198,10 +199,52 @@ double mean_spacing(const SignalSpace& space) {
   return std::sqrt(2 / std::sqrt(3.0) * scale.area / space.size());
 }
 
-SparseMatrix heat_matrix(const SignalSpace& space, double t, const Progress& progress) {
-  SparseMatrix A = space.regularised_system(0, t, progress);
-  A.diagonal() += space.lumped_mass();
-  return A;
+namespace {
+
+/// How much of the area is stretched how much, e in steps of a quarter of an octave from 1.
+class Stretches {
+ public:
+  void add(double stiffness, double mass) {
+    const double half = std::max(1.0, 0.375 * stiffness);  // (e + 1/e) / 2
+    const double step = std::round(steps_per_octave * std::log2(half + std::sqrt(half * half - 1)));
+    area_[std::size_t(std::clamp(step, 0.0, double(area_.size() - 1)))] += mass;
+  }
+
+  void sum(const SharedUnknowns& shared) { shared.sum(area_); }
+
+  /// What this part of the area exceeds.
+  double exceeded_by(double part) const {
+    double all = 0, more = 0;
+    for (const double area : area_) all += area;
+    std::size_t step = area_.size();
+    while (step > 0 && more <= part * all) more += area_[--step];
+    return std::exp2(double(step) / steps_per_octave);
+  }
+
+ private:
+  static constexpr double steps_per_octave = 4;
+  std::array<double, 64> area_{};
+};
+
+}  // namespace
+
+double heat_spacing(double spacing, const SparseMatrix& S, const Vector& mass, const SharedUnknowns& shared) {
+  constexpr double stretched_part = 0.1, ordinary_stretch = 2;
+  Stretches stretches;
+  for (Eigen::Index i = 0; i < S.rows(); ++i)
+    if (shared.is_own(i)) stretches.add(S.coeff(i, i), mass[i]);
+  stretches.sum(shared);
+  return spacing * std::sqrt(std::max(1.0, stretches.exceeded_by(stretched_part) / ordinary_stretch));
+}
+
+double heat_spacing(const SignalSpace& space, const SparseMatrix& S, const Vector& mass) {
+  const double spacing = mean_spacing(space);
+  return space.scale().texel_spacing > 0 ? heat_spacing(spacing, S, mass) : spacing;
+}
+
+void make_heat_matrix(const Vector& mass, double t, SparseMatrix& S) {
+  S *= t;
+  S.diagonal() += mass;
 }
 
 void require_sources(const std::vector<GeodesicSource>& sources, int size) {

@@ -25,8 +25,21 @@ struct GeodesicDomain {
 /// Mean distance of neighbouring unknowns; that of equilateral triangles where there is no grid.
 double mean_spacing(const SignalSpace& space);
 
-/// M + t·S with M lumped.
-SparseMatrix heat_matrix(const SignalSpace& space, double t, const Progress& progress);
+/// What `GeodesicOptions::time` counts, squared: h̄², the mean spacing's, or where texels are stretched that of the longer
+/// side divided by 2. `S` is the stiffness, `mass` M lumped.
+///
+/// A texel of sides a ≥ b has S_ii = 4/3·(e + 1/e), e = a/b, and a² = e·h̄²: the factor is e/2 for what a tenth of the
+/// area exceeds, to a tenth, and at least 1. In shears and in metrics of other kinds e is that of the metric's axes.
+/// Heat has to get across a texel, however narrow the next one is: with √t a third of the longer side distances are a
+/// quarter off.
+double heat_spacing(double spacing, const SparseMatrix& S, const Vector& mass,
+                    const SharedUnknowns& shared = SharedUnknowns::alone());
+
+/// The same of a whole space; the mean spacing where there is no grid.
+double heat_spacing(const SignalSpace& space, const SparseMatrix& S, const Vector& mass);
+
+/// S becomes M + t·S with M lumped.
+void make_heat_matrix(const Vector& mass, double t, SparseMatrix& S);
 
 /// Throws `InvalidInput` where there are none, or one is no unknown or its distance negative or not finite.
 void require_sources(const std::vector<GeodesicSource>& sources, int size);

@@ -34,7 +34,6 @@ class ProgressiveWay final : public LiveGeodesic::Way {
       : space_(on.space),
         options_(options),
         spacing_(mean_spacing(on.space)),
-        length_(std::sqrt(options.geodesic.time) * spacing_),
         positions_(on.space.positions()),
         boundary_(on.space.boundary()),
         heat_(on.space.regularised_system(0, 1, progress.step("assemble", 0.2))),
@@ -43,8 +42,9 @@ class ProgressiveWay final : public LiveGeodesic::Way {
         fronts_(heat_, positions_, poisson_.hierarchy().multigrid(), options.most_front_nodes,
                 progress.step("fronts", 0.3)),
         front_(on.space.size(), 1) {
-    heat_ *= length_ * length_;
-    heat_.diagonal() += on.space.lumped_mass();
+    const Vector mass = on.space.lumped_mass();
+    length_ = std::sqrt(options.geodesic.time) * heat_spacing(on.space, heat_, mass);
+    make_heat_matrix(mass, length_ * length_, heat_);
   }
 
   void move(const std::vector<GeodesicSource>& sources) override {

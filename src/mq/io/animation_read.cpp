@@ -94,7 +94,8 @@ Image<float> animation_picture(const FoundPicture& picture, const fs::path& path
         read_texture_bytes(picture.bytes, fmt::format("{}, the embedded picture {}", path.string(), picture.name)));
   if (picture.name.empty()) return {};
   const fs::path folder = path.parent_path();
-  if (fs::exists(folder / picture.name)) {
+  std::error_code ignored;  // names of other machines may lead anywhere
+  if (fs::exists(folder / picture.name, ignored)) {
     files.push_back(folder / picture.name);
     return displayed(read_texture(files.back()));
   }

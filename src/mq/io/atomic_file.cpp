@@ -62,8 +62,8 @@ std::vector<std::filesystem::path> made_on_demand(const std::filesystem::path& f
   if (missing.empty() || (missing.size() > 1 && !unfinished().on_demand.contains(name))) return {};
   fs::create_directories(name, failure);
   if (failure)
-    throw IoError(
-        fmt::format("{}: the folder cannot be made: {}", folder.string(), failure.message()));
+    throw IoError(fmt::format("{}: the folder cannot be made: {}; choose one you may write to", folder.string(),
+                              failure.message()));
   unfinished().made.insert(missing.begin(), missing.end());
   return missing;
 }

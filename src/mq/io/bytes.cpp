@@ -55,7 +55,7 @@ Bytes read_file(const std::filesystem::path& path) {
     fail(path, std::strerror(errno),
          path.native().starts_with(held_scheme) ? "it is held in memory: write it to a file, and name that"
          : errno == ENOENT                      ? "check its name and folder"
-                                                : "make it readable");
+                                                : "make it readable, or choose a file you may use");
   const OpenFile file{id};
   struct stat status;
   if (::fstat(id, &status) != 0) fail(path, std::strerror(errno), "check the disk");

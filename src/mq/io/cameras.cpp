@@ -21,6 +21,7 @@
 #include "mq/io/detail/unlike_sizes.h"
 #include "mq/io/file_names.h"
 #include "mq/io/image_file.h"
+#include "mq/io/path_status.h"
 
 namespace mq {
 namespace {
@@ -34,17 +35,17 @@ const char* const what_a_folder_has =
 /// COLMAP's model in `project`, or in what COLMAP makes there; none where there is none.
 std::optional<CameraEntries> find_colmap(const fs::path& project) {
   for (const fs::path& folder : {project, project / "sparse" / "0", project / "sparse"}) {
-    if (fs::exists(folder / "cameras.txt")) return read_colmap_text(folder);
-    if (fs::exists(folder / "cameras.bin")) return read_colmap_binary(folder);
+    if (is_there(folder / "cameras.txt")) return read_colmap_text(folder);
+    if (is_there(folder / "cameras.bin")) return read_colmap_binary(folder);
   }
   return std::nullopt;
 }
 
 CameraEntries read_folder(const fs::path& folder) {
   if (auto found = find_colmap(folder)) return std::move(*found);
-  if (fs::exists(folder / "transforms.json")) return read_json_cameras(folder / "transforms.json");
+  if (is_there(folder / "transforms.json")) return read_json_cameras(folder / "transforms.json");
   for (const fs::path& path : {folder / "bundle.out", folder / "bundle" / "bundle.out"})
-    if (fs::exists(path)) return read_bundler(path);
+    if (is_there(path)) return read_bundler(path);
   for (const fs::path& place : {folder, folder / "images"})
     if (const auto sidecars = xmp_cameras_in(place); !sidecars.empty()) return read_xmp_cameras(sidecars);
   throw IoError(fmt::format("{}: has no cameras.txt, nor any other cameras; wanted a folder with {}",
@@ -52,7 +53,7 @@ CameraEntries read_folder(const fs::path& folder) {
 }
 
 CameraEntries read_entries(const fs::path& path) {
-  if (fs::is_directory(path)) return read_folder(path);
+  if (is_folder(path)) return read_folder(path);
   const std::string name = path.filename().string(), extension = lower_extension(path);
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (name == "cameras.txt" || name == "images.txt") return read_colmap_text(folder);
@@ -70,7 +71,7 @@ CameraEntries read_entries(const fs::path& path) {
 /// where it was said or is called so: folders in them are looked through too.
 PictureFinder finder_of_pictures(const fs::path& folder, const CamerasOptions& options) {
   for (const fs::path& images : options.images)
-    if (!fs::is_directory(images))
+    if (!is_folder(images))
       throw IoError(images.string() + ": wanted a folder with the pictures of the cameras");
   if (!options.images.empty()) return PictureFinder(options.images, options.images);
   const fs::path here = fs::absolute(folder / ".").lexically_normal().parent_path();
@@ -183,7 +184,7 @@ class Resolver {
   }
 
   void remember(const fs::path& picture, const std::string& where) {
-    const auto [first, fresh] = where_.emplace(fs::weakly_canonical(picture), where);
+    const auto [first, fresh] = where_.emplace(full_name(picture), where);
     if (!fresh)
       throw IoError(fmt::format("{}: its picture is {}, which is that of another camera, {}, too", where,
                                 picture.string(), first->second));
@@ -302,7 +303,7 @@ CameraFormat camera_format_of(const fs::path& path) {
   const std::string extension = lower_extension(path);
   if (path.filename() == "transforms.json") return CameraFormat::transforms;
   if (extension == ".json") return CameraFormat::json;
-  if (extension.empty() || fs::is_directory(path)) return CameraFormat::colmap;
+  if (extension.empty() || is_folder(path)) return CameraFormat::colmap;
   throw InvalidInput(fmt::format("{}: names no format that cameras are written in; wanted .json, "
                                  "transforms.json, or a folder for COLMAP's",
                                  path.string()));
@@ -317,21 +318,21 @@ std::vector<fs::path> camera_files(const fs::path& path, CameraFormat format) {
 std::vector<Photograph> named_for(const fs::path& path, CameraFormat format,
                                   std::vector<Photograph> photographs) {
   const bool by_folder = format == CameraFormat::colmap || format == CameraFormat::colmap_binary;
-  fs::path root = fs::weakly_canonical(path.has_parent_path() ? path.parent_path() : fs::path("."));
+  fs::path root = full_name(path.has_parent_path() ? path.parent_path() : fs::path("."));
   std::vector<Photograph*> there;
   for (Photograph& photograph : photographs)
     if (std::error_code ignored; fs::is_regular_file(photograph.picture, ignored))
       there.push_back(&photograph);
   if (by_folder && !there.empty()) {
-    root = fs::weakly_canonical(there.front()->picture).parent_path();
+    root = full_name(there.front()->picture).parent_path();
     const auto holds = [&](const Photograph* one) {
-      const fs::path name = fs::weakly_canonical(one->picture).lexically_relative(root);
+      const fs::path name = full_name(one->picture).lexically_relative(root);
       return !name.empty() && *name.begin() != "..";
     };
     while (!std::ranges::all_of(there, holds) && root.has_relative_path()) root = root.parent_path();
   }
   for (Photograph* const photograph : there) {
-    const fs::path name = fs::weakly_canonical(photograph->picture).lexically_relative(root);
+    const fs::path name = full_name(photograph->picture).lexically_relative(root);
     if (!name.empty()) photograph->picture = name;
   }
   return photographs;

@@ -58,7 +58,7 @@ fs::path list_beside(const fs::path& path) {
                                         path.parent_path() / "list.txt",
                                         path.parent_path() / ".." / "list.txt"};
   for (const fs::path& place : places)
-    if (fs::exists(place)) return place;
+    if (std::error_code ignored; fs::exists(place, ignored)) return place;
   throw IoError(fmt::format("{}: wanted the list of its pictures, list.txt, beside it or a folder "
                             "further up, or {}",
                             path.string(), places[1].string()));

@@ -11,6 +11,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
+#include "mq/io/path_status.h"
 
 namespace mq {
 namespace {
@@ -180,10 +181,9 @@ std::string frame_name(const std::string& name, int frame) {
 
 std::vector<FrameFile> find_frames(const std::string& name, const std::vector<int>& numbers,
                                    MissingFrames where_missing) {
-  std::error_code ignored;
-  const bool is_folder = fs::is_directory(name, ignored);
-  if (!is_folder && !has_frame_place(name)) {
-    if (!fs::exists(name, ignored))
+  const bool in_folder = is_folder(name);
+  if (!in_folder && !has_frame_place(name)) {
+    if (!is_there(name))
       throw IoError(fmt::format("{}: there is no such file or folder", name));
     require(!names_scene(name),
             fmt::format("{}: all frames in one file are not followed; write a file a frame first: marquetry export {} -o "
@@ -195,7 +195,7 @@ std::vector<FrameFile> find_frames(const std::string& name, const std::vector<in
         "number, such as frame_%04d.ply",
         name));
   }
-  const std::map<int, fs::path> found = is_folder ? frames_in(name) : frames_named(name);
+  const std::map<int, fs::path> found = in_folder ? frames_in(name) : frames_named(name);
   std::vector<FrameFile> frames;
   std::vector<int> missing;
   for (const auto& [number, path] : found)

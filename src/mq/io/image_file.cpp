@@ -17,6 +17,7 @@
 #include "mq/io/detail/picture_codec.h"
 #include "mq/io/detail/picture_formats.h"
 #include "mq/io/detail/plain_png.h"
+#include "mq/io/path_status.h"
 #include "mq/io/picture_check.h"
 
 namespace mq {
@@ -24,17 +25,15 @@ namespace {
 
 std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   const std::string name = path.string();
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status))
+  if (!is_there(path))
     fail_picture(name, name.find('%') == name.npos
                            ? "no such file; check the name"
                            : fmt::format("no such file; names of frames are filled in where {} is "
                                          "given",
                                          option_name("frames")));
-  if (std::filesystem::is_directory(status))
+  if (is_folder(path))
     fail_picture(name, "a directory; a picture was expected");
-  if (!std::filesystem::is_regular_file(status))
+  if (!std::filesystem::is_regular_file(path))
     fail_picture(name, "not an ordinary file; a picture was expected");
   std::ifstream in(path, std::ios::binary);
   if (!in)

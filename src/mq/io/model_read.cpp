@@ -19,6 +19,7 @@
 #include "mq/io/model_watch.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/picture_tiles.h"
+#include "mq/io/path_status.h"
 #include "mq/io/slots.h"
 
 namespace mq {
@@ -318,7 +319,7 @@ class ModelReader {
         const auto named = given_[i].places.find(tile);
         path = named != given_[i].places.end() ? named->second : fs::path(tile_of_name->file(tile));
       }
-      const bool there = given ? is_file(path) : find_file(folder_, one.name).has_value();
+      const bool there = given ? is_there(path) : find_file(folder_, one.name).has_value();
       const auto triangles = used.find(tile);
       if (!there && reads_pictures())
         throw IoError(fmt::format(

@@ -7,6 +7,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
+#include "mq/io/path_status.h"
 #include "mq/model/stored_frames.h"
 
 namespace mq {
@@ -20,8 +21,7 @@ const Image<float>& EvolvingInput::picture(int frame) const {
 }
 
 EvolvingInput open_evolving(const std::filesystem::path& path, Messages& messages, const Progress& progress) {
-  std::error_code ignored;
-  require(!std::filesystem::is_directory(path, ignored) && (names_moving_file(path) || !names_model(path)),
+  require(!is_folder(path) && (names_moving_file(path) || !names_model(path)),
           fmt::format("{}: found no evolving mesh but {}; make one of frames with marquetry evolve",
                       path.string(), names_model(path) ? "a model" : "a folder"));
   if (!names_moving_file(path)) {

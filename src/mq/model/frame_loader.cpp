@@ -10,6 +10,7 @@
 #include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/io/file_print.h"
+#include "mq/io/path_status.h"
 
 namespace mq {
 
@@ -116,7 +117,7 @@ std::vector<fs::path> FileFrames::paths() const {
 void FileFrames::require_textures() const {
   if (options_.textures.empty()) return;
   for (const FrameFile& file : files_)
-    if (const std::string name = frame_name(options_.textures, file.number); !fs::exists(name))
+    if (const std::string name = frame_name(options_.textures, file.number); !is_there(name))
       throw IoError(
           fmt::format("{}: {} is not there, the picture of {}: check the name, or go without it",
                       option_name("textures"), name, file.path.string()));

@@ -11,6 +11,7 @@
 #include "mq/io/file_names.h"
 #include "mq/io/held_files.h"
 #include "mq/io/materials.h"
+#include "mq/io/path_status.h"
 #include "mq/io/slots.h"
 #include "mq/io/tiles.h"
 
@@ -62,7 +63,7 @@ bool joins_model(const fs::path& to, const fs::path& from) {
   return to.extension() == ".glb" && from.extension() != ".glb";
 }
 
-bool is_folder(const std::string& name) { return name.ends_with('/') || fs::is_directory(name); }
+bool names_folder(const std::string& name) { return name.ends_with('/') || is_folder(name); }
 
 /// Whether changed pictures are named after the model at `to`: beside their source, which stays, and where the model has
 /// another name, so that several results share a folder. Replaced, or elsewhere under its own name, it keeps theirs.
@@ -120,7 +121,7 @@ Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
     plan_model(name, model, kind);
     return;
   }
-  if (is_folder(name)) folder_ = name;
+  if (names_folder(name)) folder_ = name;
   const std::vector<Texture> textures = textures_of(model);
   if (const std::optional<TileName> tile = tile_name(name); tile && !tile->place) {
     plan_tiles(*tile, model);

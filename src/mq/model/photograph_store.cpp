@@ -12,6 +12,7 @@
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
 #include "mq/io/file_print.h"
+#include "mq/io/path_status.h"
 
 namespace mq {
 namespace {
@@ -46,7 +47,7 @@ PhotographStore::PhotographStore(std::filesystem::path folder, std::uint64_t set
     : folder_(std::move(folder)), setup_(setup), messages_(&messages) {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
-  if (error || !std::filesystem::is_directory(folder_))
+  if (error || !is_folder(folder_))
     throw IoError(fmt::format("{}: cannot be made a folder to keep work in: {}; name another", folder_.string(),
                               error ? error.message() : "it is a file"));
 }
@@ -54,7 +55,7 @@ PhotographStore::PhotographStore(std::filesystem::path folder, std::uint64_t set
 std::optional<StoredBytes> PhotographStore::find(const std::string& name, std::uint64_t source) const {
   if (!keeps()) return std::nullopt;
   const std::filesystem::path file = file_in(folder_, name);
-  if (!std::filesystem::exists(file)) return std::nullopt;
+  if (!is_there(file)) return std::nullopt;
   StoredBytes bytes = read_file(file);
   Head head;
   const bool whole = has_magic(bytes) && bytes.size() >= sizeof head;

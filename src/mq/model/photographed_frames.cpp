@@ -11,6 +11,7 @@
 #include "mq/base/option_names.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/image/spread.h"
+#include "mq/io/path_status.h"
 #include "mq/model/model_signal.h"
 #include "mq/model/textured_model.h"
 #include "mq/video/texel_owners.h"
@@ -79,8 +80,7 @@ std::vector<FrameFile> find_camera_frames(const std::string& name, const std::ve
   std::vector<FrameFile> files;
   for (const int number : numbers) {
     fs::path path = has_frame_place(name) ? frame_name(name, number) : name;
-    std::error_code ignored;
-    if (!fs::exists(path, ignored))
+    if (!is_there(path))
       throw IoError(fmt::format("{}: the cameras of frame {} are not there", path.string(), number));
     files.push_back({number, std::move(path)});
   }

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "mq/io/path_status.h"
 #include "mq/model/stored_frames.h"
 
 namespace mq {
@@ -15,7 +16,7 @@ EvolvingStore::EvolvingStore(std::filesystem::path manifest, std::string about,
 
 std::vector<SequenceStore::Stored> EvolvingStore::take_up(Messages& messages) {
   reader_.reset();
-  if (!std::filesystem::exists(manifest_)) return {};
+  if (!is_there(manifest_)) return {};
   reader_.emplace(manifest_);
   warn_of_broken(messages, *reader_);
   const std::vector<int> damaged = reader_->damaged();

@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
+#include "mq/io/path_status.h"
 #include "mq/model/photographed_frames.h"
 #include "mq/model/stored_frames.h"
 #include "options/model_options.h"
@@ -184,7 +185,7 @@ void will_read_captured(Run& run, const std::vector<int>& numbers, const std::ve
   refuse_what_is_of_others(options);
   if (names_camera_frames(options.text("from"))) {
     for (const FrameFile& frame : find_camera_frames(options.text("from"), numbers, options.texts("images"))) {
-      if (!std::filesystem::is_directory(frame.path)) run.will_read(frame.path);
+      if (!is_folder(frame.path)) run.will_read(frame.path);
       for (const Photograph& one : photographs_of_frame(frame, asked_photographs(options))) run.will_read(one.picture);
     }
     return;

@@ -19,7 +19,8 @@ void add_distance_options(OptionTable& table) {
              .most = 1e6,
              .group = "Distance",
              .help = "how long heat spreads, in squared texels",
-             .details = "Longer is smoother and rounds off the lines where shortest paths meet."});
+             .details = "Longer is smoother and rounds off the lines where shortest paths meet. Where texels are more than "
+                        "twice as long as wide, their longer side counts: half its square."});
   table.add({.name = "metric",
              .type = Type::choice,
              .default_value = "surface",

@@ -14,6 +14,7 @@
 #include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/io/image_file.h"
+#include "mq/io/path_status.h"
 #include "mq/io/photograph_file.h"
 #include "shell/arguments.h"
 
@@ -173,7 +174,7 @@ void unite(Run& run, const std::string& file, std::vector<Photograph>& fresh,
   std::vector<std::string> twice;
   std::string before;
   std::erase_if(fresh, [&](const Photograph& photograph) {
-    const auto [first, is_new] = files.emplace(std::filesystem::weakly_canonical(photograph.picture), file);
+    const auto [first, is_new] = files.emplace(full_name(photograph.picture), file);
     if (is_new) return false;
     twice.push_back(photograph.picture.string());
     before = first->second;

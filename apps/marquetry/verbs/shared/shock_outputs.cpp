@@ -9,6 +9,7 @@
 #include "mq/draw/false_colour.h"
 #include "mq/fem/image_space.h"
 #include "mq/io/file_names.h"
+#include "mq/io/path_status.h"
 #include "mq/io/vector_field.h"
 #include "mq/model/field_map.h"
 #include "mq/model/model_shock.h"
@@ -97,14 +98,13 @@ ShockOutputs::ShockOutputs(Run& run, const Model& model, At at, const std::vecto
     else
       map_.emplace(field, model, Outputs::Kind::pictures);
   }
-  const auto file = [](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); };
   std::vector<fs::path> all;
-  std::ranges::transform(results, std::back_inserter(all), file);
+  std::ranges::transform(results, std::back_inserter(all), full_name);
   for (const fs::path& path : paths()) {
-    require(std::ranges::find(all, file(path)) == all.end(),
+    require(std::ranges::find(all, full_name(path)) == all.end(),
             path.string() + ": would be written twice: give --output, --write-potential and --write-field names of "
                             "their own");
-    all.push_back(file(path));
+    all.push_back(full_name(path));
   }
   if (const auto files = potential_paths(); !files.empty()) run.will_write(files, {}, "--write-potential");
   if (const auto files = field_paths(); !files.empty()) run.will_write(files, {}, "--write-field");
@@ -173,7 +173,7 @@ void ShockOutputs::write(Run& run, const Model& picture, const std::vector<doubl
 
 void ShockOutputs::report(Run& run) const {
   for (const fs::path& path : paths()) {
-    run.terminal().remark("wrote " + path.string());
+    remark_written(run, path);
     run.result["outputs"].push_back(path.string());
   }
 }

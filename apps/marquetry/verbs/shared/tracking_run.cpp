@@ -11,6 +11,7 @@
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
+#include "mq/io/path_status.h"
 #include "mq/model/sequence_pictures.h"
 #include "mq/model/sequence_tracker.h"
 #include "shell/arguments.h"
@@ -117,7 +118,7 @@ FileFrames captured_frames(Run& run) {
   if (options.flag("photometric")) files.pictures = ReadModelOptions::Pictures::read;
   if (const std::string truth = options.has("truth") ? options.text("truth") : "uv";
       truth != "uv") {
-    require(fs::is_directory(truth) || has_frame_place(truth),
+    require(is_folder(truth) || has_frame_place(truth),
             fmt::format("--truth: found '{}', which is no folder; wanted uv, a folder that is "
                         "there, or a name with a place for the frame's number",
                         truth));

@@ -95,6 +95,7 @@ SparseMatrix Hierarchy::add_level(StencilRows rows, StencilLayout layout, PatchS
 void Hierarchy::add_graph_levels(const SparseMatrix& finest, SurfacePoints points, StencilLayout layout,
                                  PatchSmoother::Kind kind, const Progress& progress, SparseMatrix& coarsest) {
   const SparseMatrix* matrix = &finest;
+  points = in_own_unit(std::move(points));
   while (multigrid_.levels.empty() || matrix->rows() > options_.coarsest_rows) {
     GraphCoarsening graph = coarsen_graph(*matrix, points, options_.graph_radius);
     if (!multigrid_.levels.empty() &&

@@ -284,6 +284,19 @@ class Surroundings {
 
 }  // namespace
 
+SurfacePoints in_own_unit(SurfacePoints points) {
+  float largest = 0;
+  for (const float spacing : points.spacing)
+    if (std::isfinite(spacing)) largest = std::max(largest, spacing);
+  if (!(largest > 0)) return points;
+  const int power = -std::ilogb(largest);
+  parallel_for(std::ssize(points.spacing), [&](std::int64_t i) {
+    points.spacing[i] = std::ldexp(points.spacing[i], power);
+    for (float& x : points.positions[i]) x = std::ldexp(x, power);
+  });
+  return points;
+}
+
 GraphCoarsening coarsen_graph(const SparseMatrix& A, const SurfacePoints& given, double radius) {
   const SurfacePoints points{given.positions, graded(A, given), given.kept};
   const Cells cells = sample(A, points, radius);

@@ -18,6 +18,10 @@ struct SurfacePoints {
   std::vector<char> kept;
 };
 
+/// The same points in a unit, a power of two, in which the largest spacing is 1 to 2: the fourth power of a distance
+/// between coarse points then stays in single precision, whatever the model's unit is. No other bit changes.
+SurfacePoints in_own_unit(SurfacePoints points);
+
 struct GraphCoarsening {
   std::unique_ptr<SparseTransfer> transfer;
   SurfacePoints coarse;

@@ -21,6 +21,7 @@
 #include "mq/io/detail/gltf_material.h"
 #include "mq/io/detail/gltf_scene.h"
 #include "mq/io/document.h"
+#include "mq/io/path_status.h"
 #include "mq/io/slots.h"
 
 namespace mq {
@@ -439,7 +440,7 @@ FoundAnimation find_gltf_animation(const std::string& name, Bytes bytes, const s
   scene->document.bytes = std::move(bytes);
   std::vector<std::filesystem::path> files;
   for (const std::string& part : gltf_parts(scene->document))
-    if (std::filesystem::exists(folder / portable_name(part))) {
+    if (is_there(folder / portable_name(part))) {
       files.push_back(folder / portable_name(part));
       scene->document.parts.push_back({part, read_file(files.back())});
     }

@@ -9,6 +9,7 @@
 
 #include "mq/io/bytes.h"
 #include "mq/io/detail/picture_alpha.h"
+#include "mq/io/detail/picture_metadata.h"
 #include "mq/io/picture_check.h"
 
 namespace mq {
@@ -16,6 +17,9 @@ namespace {
 
 using OIIO::ImageSpec;
 using OIIO::TypeDesc;
+
+/// The attribute that holds the chunks; others than PNG leave it out by its first letters.
+constexpr const char* png_colour = "png:colour";
 
 /// Tags that describe how a file was laid out, not what it shows.
 bool describes_layout(const std::string& tag) {
@@ -132,6 +136,19 @@ std::string foreign_profile_name(const PixelFormat& format) {
   return OIIO::Strutil::icontains(name, "srgb") ? "" : name.empty() ? "without a name" : shown(name);
 }
 
+void keep_png_colour(ByteView png, ImageSpec& spec) {
+  const Bytes chunks = png_colour_chunks(png);
+  if (!chunks.empty())
+    spec.attribute(png_colour, TypeDesc(TypeDesc::UINT8, int(chunks.size())), chunks.data());
+}
+
+ByteView png_colour_for(const Texture& texture) {
+  const auto* read = static_cast<const ImageSpec*>(texture.format.tags.get());
+  const OIIO::ParamValue* found = read ? read->find_attribute(png_colour) : nullptr;
+  if (found == nullptr || read->nchannels != texture.pixels.channels()) return {};
+  return {static_cast<const std::byte*>(found->data()), std::size_t(found->datasize())};
+}
+
 ImageSpec spec_for(const Texture& texture, const FileFormat& format, Depth depth) {
   const Image<float>& pixels = texture.pixels;
   ImageSpec spec(pixels.width(), pixels.height(), pixels.channels(), type_of(depth));
@@ -143,6 +160,8 @@ ImageSpec spec_for(const Texture& texture, const FileFormat& format, Depth depth
   if (is_light(texture.format) && format.name == "png") spec["oiio:ColorSpace"] = "Linear";
   // An empty date keeps the library from writing today's: equal pictures are equal files.
   if (spec.find_attribute("DateTime") == nullptr) spec["DateTime"] = "";
+  spec.erase_attribute(png_colour);
+  if (format.name == "png") spec.erase_attribute("ICCProfile:.*");  // read off the profile, and written as texts
   if (format.name == "jpeg") {
     spec["Compression"] = "jpeg:98";
     spec["jpeg:subsampling"] = "4:4:4";

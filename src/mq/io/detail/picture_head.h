@@ -25,6 +25,11 @@ PixelFormat upright_format(const PixelFormat& format);
 /// where values are light.
 std::string foreign_profile_name(const PixelFormat& format);
 
+/// What a PNG says of its colours (`png_colour_chunks`) is an attribute of its head. It goes into a PNG with as many
+/// channels: what is to be in the new file, empty where it says nothing of its own.
+void keep_png_colour(ByteView png, OIIO::ImageSpec& spec);
+ByteView png_colour_for(const Texture& texture);
+
 /// The head of the new file: the one that was read where it fits the pixels, otherwise a plain one.
 OIIO::ImageSpec spec_for(const Texture& texture, const FileFormat& format, Depth depth);
 

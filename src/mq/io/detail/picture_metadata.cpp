@@ -128,7 +128,35 @@ SoundPicture sound_png(ByteView png) {
   return result;
 }
 
+bool states_colour(std::string_view type) {
+  static constexpr std::string_view types[] = {"cICP", "iCCP", "sRGB", "gAMA", "cHRM"};
+  return std::ranges::count(types, type) > 0;
+}
+
+bool is_no_offset(const PngChunk& chunk) {
+  return chunk.type == "oFFs" && std::ranges::all_of(chunk.contents, [](std::byte b) { return b == std::byte(0); });
+}
+
 }  // namespace
+
+Bytes png_colour_chunks(ByteView png) {
+  Bytes found;
+  std::size_t begin = first_png_chunk, at = begin;
+  for (; const std::optional<PngChunk> chunk = next_chunk(png, at); begin = at)
+    if (states_colour(chunk->type)) found.insert(found.end(), &png[begin], &png[begin] + (at - begin));
+  return found;
+}
+
+Bytes with_png_colour(ByteView png, ByteView chunks) {
+  Bytes result(png.begin(), png.begin() + first_png_chunk);
+  std::size_t begin = first_png_chunk, at = begin;
+  for (; const std::optional<PngChunk> chunk = next_chunk(png, at); begin = at) {
+    if (is_no_offset(*chunk) || (!chunks.empty() && states_colour(chunk->type))) continue;
+    result.insert(result.end(), &png[begin], &png[begin] + (at - begin));
+    if (chunk->type == "IHDR") result.insert(result.end(), chunks.begin(), chunks.end());
+  }
+  return result;
+}
 
 bool is_sound_profile(ByteView profile) {
   constexpr std::size_t head = 128, entry = 12, least_tag = 12;

@@ -16,6 +16,14 @@ struct SoundPicture {
 /// A file of that format (`picture_format`), whose frame has been looked at already (picture_check.h).
 SoundPicture without_damaged_metadata(ByteView bytes, const std::string& file_format);
 
+/// The chunks of a PNG that say what its colours are, as they lie in the file: cICP, iCCP, sRGB, gAMA and cHRM
+/// [PNG, third edition, 11.3.2]. OpenImageIO keeps the profile alone, and gAMA without the cHRM beside it.
+Bytes png_colour_chunks(ByteView png);
+
+/// A PNG with these in place of its own, which must be whole; without its offset where that is 0, as OpenImageIO
+/// writes it into every file. Empty: its own stay.
+Bytes with_png_colour(ByteView png, ByteView chunks);
+
 /// Whether the tags of an ICC profile lie in it, and are as long as what they are needs [ICC.1:2022, 7.3 and 10].
 bool is_sound_profile(ByteView profile);
 

@@ -181,6 +181,7 @@ OpenPicture open_picture(ByteView bytes, const std::string& name, const std::str
   choose_layer(p, layer, bytes.size());
   check_kind(p);
   check_size(p, p.spec, bytes.size());
+  if (p.file_format == "png") keep_png_colour(bytes, p.spec);
   // What is assumed for a file that says nothing must not be written into it.
   if (!colour) p.spec.erase_attribute("oiio:ColorSpace");
   if (p.spec.format == TypeDesc::DOUBLE)

@@ -19,6 +19,7 @@
 #include "mq/io/detail/picture_head.h"
 #include "mq/io/detail/picture_layers.h"
 #include "mq/io/detail/picture_memory.h"
+#include "mq/io/detail/picture_metadata.h"
 #include "mq/io/detail/picture_reader.h"
 #include "mq/io/detail/picture_values.h"
 #include "mq/io/picture_check.h"
@@ -125,6 +126,7 @@ EncodedPicture encode_picture(const Texture& texture, const std::string& name,
   } else {
     encoded.bytes.resize(written.size());
     std::memcpy(encoded.bytes.data(), written.data(), written.size());
+    if (format.name == "png") encoded.bytes = with_png_colour(encoded.bytes, png_colour_for(texture));
   }
   encoded.notes =
       notes_on(name, texture, format, depth, strip.clamped, is_light(texture.format));
