@@ -212,12 +212,12 @@ TEST_F(PictureFormats, KeepsWhatAPngSaysOfItsColours) {
     Texture texture = read_texture(put("p.png", test::png_file({1, 1, 8, 2}, row, colour)));
     texture.pixels.values()[0] = 1;
     write_texture(folder / "n.png", texture);
-    const std::string written = get("n.png");
+    const std::string written = get(folder / "n.png");
     EXPECT_EQ(written.substr(33, colour.size()), colour);
     EXPECT_EQ(written.substr(33 + colour.size() + 4, 4), "IDAT") << "something else is in it";
     EXPECT_EQ(read_texture(folder / "n.png").pixels.values()[0], 1);
     write_texture(folder / "n.tif", texture);
-    EXPECT_EQ(get("n.tif").find("cHRM"), std::string::npos);
+    EXPECT_EQ(get(folder / "n.tif").find("cHRM"), std::string::npos);
   }
 }
 

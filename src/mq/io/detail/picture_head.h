@@ -3,6 +3,7 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include "mq/io/bytes.h"
 #include "mq/io/detail/picture_formats.h"
 #include "mq/io/model.h"
 

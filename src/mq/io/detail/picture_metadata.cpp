@@ -133,7 +133,9 @@ bool states_colour(std::string_view type) {
   return std::ranges::count(types, type) > 0;
 }
 
-bool is_no_offset(const PngChunk& chunk) {
+/// What OpenImageIO adds: an offset of 0, and texts of what it calls colour spaces.
+bool says_nothing(const PngChunk& chunk) {
+  if (chunk.type == "tEXt") return holds(chunk.contents, 0, "oiio:"sv);
   return chunk.type == "oFFs" && std::ranges::all_of(chunk.contents, [](std::byte b) { return b == std::byte(0); });
 }
 
@@ -151,7 +153,7 @@ Bytes with_png_colour(ByteView png, ByteView chunks) {
   Bytes result(png.begin(), png.begin() + first_png_chunk);
   std::size_t begin = first_png_chunk, at = begin;
   for (; const std::optional<PngChunk> chunk = next_chunk(png, at); begin = at) {
-    if (is_no_offset(*chunk) || (!chunks.empty() && states_colour(chunk->type))) continue;
+    if (says_nothing(*chunk) || (!chunks.empty() && states_colour(chunk->type))) continue;
     result.insert(result.end(), &png[begin], &png[begin] + (at - begin));
     if (chunk->type == "IHDR") result.insert(result.end(), chunks.begin(), chunks.end());
   }

@@ -20,8 +20,8 @@ SoundPicture without_damaged_metadata(ByteView bytes, const std::string& file_fo
 /// [PNG, third edition, 11.3.2]. OpenImageIO keeps the profile alone, and gAMA without the cHRM beside it.
 Bytes png_colour_chunks(ByteView png);
 
-/// A PNG with these in place of its own, which must be whole; without its offset where that is 0, as OpenImageIO
-/// writes it into every file. Empty: its own stay.
+/// A PNG with these in place of its own, which must be whole; without an offset of 0 and texts of "oiio:", which
+/// OpenImageIO adds. Empty: its own stay.
 Bytes with_png_colour(ByteView png, ByteView chunks);
 
 /// Whether the tags of an ICC profile lie in it, and are as long as what they are needs [ICC.1:2022, 7.3 and 10].
