@@ -97,14 +97,17 @@ void HaloLimit::average(const Couplings& A, int floats, std::vector<float>& valu
 struct HaloLimit::OwnCouplings {
   std::vector<int> starts, columns;
 
-  explicit OwnCouplings(const SparseMatrix& A)
-      : starts(A.outerIndexPtr(), A.outerIndexPtr() + A.rows() + 1),
-        columns(A.innerIndexPtr(), A.innerIndexPtr() + A.nonZeros()) {}
+  /// The matrix is gone when this is made.
+  OwnCouplings(const SignalSpace& space, const Progress& progress) {
+    const SparseMatrix A = space.system(0, 1, progress);
+    starts.assign(A.outerIndexPtr(), A.outerIndexPtr() + A.rows() + 1);
+    columns.assign(A.innerIndexPtr(), A.innerIndexPtr() + A.nonZeros());
+  }
 };
 
 HaloLimit::HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOptions& options,
                      const Progress& progress)
-    : HaloLimit(OwnCouplings(space.system(0, 1, progress.step("look around", 0.5))), psi, options,
+    : HaloLimit(OwnCouplings(space, progress.step("look around", 0.5)), psi, options,
                 progress.step("look around", 0.5)) {}
 
 HaloLimit::HaloLimit(const OwnCouplings& own, const Signal& psi, const HaloOptions& options, const Progress& progress)
