@@ -152,7 +152,7 @@ TEST(EvenedLines, AreAsClearEverywhereAndHaveNoBroadBands) {
   const Signal lines = function_of(space, [&](double x, double y) {
     return (1 + 4 * x) * std::sin(wave * y) + 5 * std::cos(std::numbers::pi * y);
   });
-  const Signal even = evened(space, lines, 0.04 * 0.04, direct_solver());
+  const Signal even = evened(ScreenedPoisson(space, 0.04 * 0.04, direct_solver()), lines);
   const Signal fine = function_of(space, [&](double, double y) { return std::sqrt(2) * std::sin(wave * y); });
   double error = 0;
   for (std::int64_t i = 0; i < space.size(); ++i) {
@@ -167,12 +167,13 @@ TEST(EvenedLines, AreTheSameTimesANumberAndNothingOfAConstant) {
   const auto model = fixtures::textured(fixtures::cut_square({}), {{40, 40}});
   const TexelSpace space(model->surface, model->atlas);
   const Signal lines = function_of(space, [](double x, double y) { return std::sin(60 * x + 10 * y); });
-  const Signal once = evened(space, lines, 0.01, direct_solver());
-  const Signal thrice = evened(space, 3 * lines, 0.01, direct_solver());
+  const ScreenedPoisson means(space, 0.01, direct_solver());
+  const Signal once = evened(means, lines);
+  const Signal thrice = evened(means, 3 * lines);
   EXPECT_LE((once - thrice).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_GT(once.cwiseAbs().maxCoeff(), 1);
   const Signal constant = Signal::Constant(space.size(), 1, 0.3);
-  EXPECT_TRUE((evened(space, constant, 0.01, direct_solver()).array() == 0).all());
+  EXPECT_TRUE((evened(means, constant).array() == 0).all());
 }
 
 TEST(UsualGrain, IsTwoTexelsOfAnEvenTextureAndAQuarterOfAPerCentOfAFineOne) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include <fmt/format.h>
@@ -74,14 +75,22 @@ LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface
     result.signal = std::move(spread.signal);
     result.spread = std::move(spread.report);
   }
+  // One equation for both: its levels stay, its values are others.
+  std::optional<ScreenedPoisson> equation;
   if (options.sharpen_weight > 0) {
-    const ScreenedPoisson equation(surface, options.sharpen_weight, factory, progress.step("prepare", 0.1));
-    Filtered sharp = equation.solve(result.signal, options.sharpen_beta, progress.step("sharpen", 0.2));
+    equation.emplace(surface, options.sharpen_weight, factory, progress.step("prepare", 0.1));
+    Filtered sharp = equation->solve(result.signal, options.sharpen_beta, progress.step("sharpen", 0.2));
     result.signal = std::move(sharp.signal);
     result.sharpen = std::move(sharp.report);
   }
-  if (options.even_weight > 0)
-    result.signal = evened(surface, result.signal, options.even_weight, factory, progress.step("even", 0.2));
+  if (options.even_weight > 0) {
+    const Progress preparing = progress.step("prepare", 0.08);
+    if (equation)
+      equation->set_weight(options.even_weight, preparing);
+    else
+      equation.emplace(surface, options.even_weight, factory, preparing);
+    result.signal = evened(*equation, result.signal, progress.step("even", 0.12));
+  }
   return result;
 }
 
@@ -102,11 +111,9 @@ double usual_grain(const SignalSpace& space) {
   return std::max(finest_grain(scale), std::sqrt(areas[i]));
 }
 
-Signal evened(const SignalSpace& surface, const Signal& lines, double weight, const SolverFactory& factory,
-              const Progress& progress) {
-  const ScreenedPoisson equation(surface, weight, factory, progress.step("prepare", 0.4));
-  Signal result = lines - equation.solve(lines, 0, progress.step("means", 0.3)).signal;
-  const Signal squares = equation.solve(result.cwiseAbs2(), 0, progress.step("contrast", 0.3)).signal;
+Signal evened(const ScreenedPoisson& means, const Signal& lines, const Progress& progress) {
+  Signal result = lines - means.solve(lines, 0, progress.step("means", 0.5)).signal;
+  const Signal squares = means.solve(result.cwiseAbs2(), 0, progress.step("contrast", 0.5)).signal;
   for (Eigen::Index c = 0; c < result.cols(); ++c) {
     const double least = 0.01 * squares.col(c).mean();
     // Of a constant nothing is left but rounding.

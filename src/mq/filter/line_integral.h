@@ -48,9 +48,8 @@ struct LineIntegral {
 ///     (φ − m) / √v,    m = A φ,    v = A (φ − m)²,    (M + w·S) A = M,
 ///
 /// so that means over a few √w are 0 and mean squares 1; where v is less than a hundredth of its mean they stay fainter, as
-/// lines do that hardly are any. Times a number it is the same. A constant becomes 0.
-Signal evened(const SignalSpace& surface, const Signal& lines, double weight, const SolverFactory& factory,
-              const Progress& progress = {});
+/// lines do that hardly are any. Times a number it is the same. A constant becomes 0. `means` is the equation of weight w.
+Signal evened(const ScreenedPoisson& means, const Signal& lines, const Progress& progress = {});
 
 /// Steps 2 to 4. `across` and `surface` are spaces of the same unknowns, with the metric across
 /// the field and without. A constant comes back as it is.
