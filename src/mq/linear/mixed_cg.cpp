@@ -4,10 +4,10 @@
 ///     X += α·p,   r −= α·q
 ///
 /// q lies where z was: three vectors of the finest level and the one of the cycle are all there are. A channel that has
-/// reached the tolerance rests with α = 0, and so does one whose step is lost in rounding; β = 0 begins anew after either. X is in double from the first step on:
-/// where A is mostly stiffness, rounding of its slow waves would be a residual as large as the one that
-/// three digits are to be gained on. The four lanes of a single channel are partial
-/// sums of that channel; vectors are then walked in the same way in either case.
+/// reached the tolerance rests with α = 0, and so does one whose step is lost in rounding; β = 0 begins anew after
+/// either. X is in double from the first step on: where A is mostly stiffness, rounding of its slow waves would be a
+/// residual as large as the one that three digits are to be gained on. The four lanes of a single channel are partial sums
+/// of that channel; vectors are then walked in the same way in either case.
 
 #include "mq/linear/mixed_cg.h"
 
@@ -41,16 +41,35 @@ bool is_zero(const Signal& X, int first, int channels) {
   });
 }
 
+/// What columns of X and B are multiplied by so that squares of what is left of them stay in single precision: a power of
+/// two, 1 where they do anyway.
+double unit_of(const Signal& B, const Signal& X, int first, int channels, double common) {
+  constexpr double small = 1e-8, large = 1e8;
+  const double size = parallel_sum(B.rows(), LargestValues{}, [&](std::int64_t begin, std::int64_t end) {
+    const auto largest = [&](const Signal& of) {
+      return of.block(begin, first, end - begin, channels).cwiseAbs().maxCoeff();
+    };
+    return LargestValues{.change = {}, .value = Double4{} + std::max(common * largest(B), largest(X))};
+  }).value[0];
+  const bool ordinary = !(size > 0) || !std::isfinite(size) || (size > small && size < large);
+  return ordinary ? 1 : std::exp2(-std::ilogb(size));
+}
+
+void multiply_columns(double factor, int first, int channels, Signal& X) {
+  if (factor == 1) return;
+  parallel_for(X.rows(), [&](std::int64_t k) { X.row(k).segment(first, channels) *= factor; });
+}
+
 /// The conjugate gradients of up to four channels.
 class Group {
  public:
-  /// X is that of the scaled system.
+  /// X is that of the scaled system, in the unit of `unit_of`.
   Group(const StencilMatrix& high, const StencilMatrix& low, const Scaling& scaling,
         const Multigrid& multigrid, const Components& components, const Signal& B, Signal& X,
-        int first, const MixedCgOptions& options)
+        int first, double unit, const MixedCgOptions& options)
       : high_(high), low_(low), scaling_(scaling), multigrid_(multigrid),
         constants_(components, scaling), X_(X), first_(first), channels_(std::min(4, int(B.cols()) - first)),
-        B_(B, first, channels_, scaling, constants_),
+        B_(B, first, channels_, scaling, constants_, unit),
         lanes_(lanes_for(channels_)), workspace_(multigrid, lanes_), options_(options) {
     for (LaneVector* v : {&r_, &z_, &p_}) *v = LaneVector(B.rows(), lanes_);
     if (is_zero(X, first, channels_))
@@ -183,7 +202,10 @@ SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMa
   // x̂ = D⁻¹·x for the time of the solve; powers of two, so that nothing is lost on the way back.
   for (const WeightedIndex& row : scaling.special) X.row(row.index) *= double(row.weight);
   for (int first = 0; first < B.cols(); first += 4) {
-    Group group(high, low, scaling, multigrid, components, B, X, first, options);
+    const int channels = std::min(4, int(B.cols()) - first);
+    const double unit = unit_of(B, X, first, channels, scaling.common);
+    multiply_columns(unit, first, channels, X);
+    Group group(high, low, scaling, multigrid, components, B, X, first, unit, options);
     if (group.active() && report.residuals.empty()) report.residuals.push_back(1);
     int cycle = 0;
     while (group.active() && cycle < options.max_cycles) {
@@ -205,6 +227,7 @@ SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMa
     report.cycles = std::max(report.cycles, cycle);
     report.converged = report.converged && group.converged();
     report.error = std::max(report.error, group.error());
+    multiply_columns(1 / unit, first, channels, X);
   }
   for (const WeightedIndex& row : scaling.special) X.row(row.index) /= double(row.weight);
   report.solve_seconds = std::chrono::duration<double>(Clock::now() - start).count();

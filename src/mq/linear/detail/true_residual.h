@@ -57,12 +57,13 @@ class ComponentConstants {
   const Scaling& scaling_;
 };
 
-/// Columns first … of B, scaled, without what it holds of constants on singular components.
+/// Columns first … of B in a unit of their own, scaled, without what it holds of constants on singular components.
 class ScaledRightHandSide {
  public:
   ScaledRightHandSide(const Signal& B, int first, int channels, const Scaling& scaling,
-                const ComponentConstants& constants)
-      : B_(B), first_(first), channels_(channels), scaling_(scaling), constants_(constants),
+                const ComponentConstants& constants, double unit)
+      : B_(B), first_(first), channels_(channels), scaling_(scaling), factor_(scaling.common * unit),
+        constants_(constants),
         mean_(constants.coefficients(B.rows(), channels, [&](std::int64_t k, int c) {
           return scaled(k, c);
         })) {}
@@ -76,7 +77,7 @@ class ScaledRightHandSide {
     Double4 row{};
     const double* values = B_.data() + k * B_.cols() + first_;
     for (int c = 0; c < channels; ++c) row[c] = values[c];
-    row *= scaling_.common * scaling_.row(k);
+    row *= factor_ * scaling_.row(k);
     if (!mean_.empty())
       for (int c = 0; c < channels; ++c) row[c] -= constants_.at(mean_, k, c);
     return row;
@@ -92,7 +93,7 @@ class ScaledRightHandSide {
     for (int i = 0; i < count; ++i, values += B_.cols(), product += 4, r += lanes) {
       const Double4 own = plain ? Double4{} : row<channels>(first + i);
       for (int c = 0; c < channels; ++c)
-        r[c] = float((plain ? scaling_.common * values[c] : own[c]) - product[c]);
+        r[c] = float((plain ? factor_ * values[c] : own[c]) - product[c]);
     }
   }
 
@@ -111,12 +112,13 @@ class ScaledRightHandSide {
 
  private:
   double scaled(std::int64_t k, int c) const {
-    return scaling_.common * scaling_.row(k) * B_(k, first_ + c);
+    return factor_ * scaling_.row(k) * B_(k, first_ + c);
   }
 
   const Signal& B_;
   int first_, channels_;
   const Scaling& scaling_;
+  double factor_;
   const ComponentConstants& constants_;
   ComponentConstants::Means mean_;
 };
