@@ -144,7 +144,6 @@ Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& s
   KeptWork::Equation equation;
   int attempts = 0;
   solve_by_choice(run, signal, [&](const SolverFactory& factory, const SolvingShares& shares) {
-    if (signal.texel_space()) signal.texel_space()->integrate_again();
     equation = prepared(run, signal, space, weight, factory, attempts++ == 0, shares.prepare);
     const Step step(run, "solve", shares.solve);
     if (solution.before.size() == 0) solution.before = signal.values();

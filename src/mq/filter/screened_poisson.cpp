@@ -56,6 +56,7 @@ Signal gradient_change(const SignalSpace& space, const Signal& psi, std::span<co
       throw InvalidInput(beta.size() == 1
                              ? fmt::format("beta is {}; it must be finite", beta[i])
                              : fmt::format("the modulation is {} at unknown {}; it must be finite", beta[i], i));
+  if (beta.empty()) return zero_signal(psi.rows(), psi.cols());
   std::vector<double> change;
   if (std::ranges::any_of(beta, [&](double b) { return b != beta.front(); }))
     for (const double b : beta) change.push_back(b - 1);
